@@ -1,0 +1,1 @@
+"""Estimates in, commands out: one law a module, pure."""

@@ -1,0 +1,1 @@
+"""PettingZoo environments around the simulation."""

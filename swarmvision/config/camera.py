@@ -1,0 +1,85 @@
+"""The camera file (one lens) and the rig (where lenses of one kind sit)."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from swarmvision.config.model import Settings
+
+Degrees = Annotated[float, Field(ge=-360, le=360)]
+
+
+class LensConfig(Settings):
+    """A camera file: a pinhole with OpenCV's five distortion coefficients."""
+
+    width_px: Annotated[int, Field(ge=1, le=8192)] = 640
+    """Picture width (px)."""
+
+    height_px: Annotated[int, Field(ge=1, le=8192)] = 460
+    """Picture height (px)."""
+
+    focal_px: Annotated[float, Field(gt=0, le=1e5)] = 634.6
+    """Focal length (px). 634.6 at 640 px width is what the paper's constants imply: 53.5 deg."""
+
+    centre_px: tuple[float, float] | None = None
+    """Column and row of the principal point (px); the picture's middle where not given."""
+
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """k1, k2, p1, p2, k3 of OpenCV's camera model."""
+
+    height: Annotated[float, Field(ge=0, le=2)] = 0.085
+    """Lens centre above the ground (m)."""
+
+
+class ServoConfig(Settings):
+    """A servo that sweeps the lens to and fro without pause."""
+
+    amplitude_deg: Annotated[float, Field(ge=0, le=180)] = 180.0
+    """Largest pan to either side (deg)."""
+
+    speed_deg: Annotated[float, Field(ge=0, le=1080)] = 360.0
+    """Pan speed (deg/s): 60 deg in 0.17 s is a common hobby servo at 4.8 V, 360 deg/s."""
+
+
+class RigConfig(Settings):
+    """Where the lenses of one robot look."""
+
+    forward: Annotated[float, Field(ge=0, le=1)] = 0.040
+    """Lens centre ahead of the robot's axis, along the lens's own yaw (m); clears the own marker."""
+
+    yaws_deg: Annotated[tuple[Degrees, ...], Field(min_length=1, max_length=32)] = (0.0,)
+    """One lens for each yaw (deg, left positive)."""
+
+    servo: ServoConfig | None = None
+    """Pans all lenses together."""
+
+    @model_validator(mode="after")
+    def _distinct(self) -> RigConfig:
+        if len({yaw % 360.0 for yaw in self.yaws_deg}) < len(self.yaws_deg):
+            raise ValueError("two lenses must not share one yaw")
+        return self
+
+
+def _ring(lenses: int) -> RigConfig:
+    return RigConfig(yaws_deg=tuple(360.0 * i / lenses for i in range(lenses)))
+
+
+LENSES: dict[str, LensConfig] = {
+    "pi-v1": LensConfig(),
+    # Sony IMX219, 3.04 mm lens, 1.12 um pixels: 62.2 deg over 3280 px, binned and scaled to 640 px.
+    "pi-v2": LensConfig(width_px=640, height_px=480, focal_px=530.5),
+    # Sony IMX708 wide, 2.75 mm lens, 1.4 um pixels: 102 deg over 4608 px, here as a pinhole.
+    "pi-v3-wide": LensConfig(width_px=640, height_px=360, focal_px=259.1),
+}
+"""The paper's camera (Pi camera v1) and its two successors."""
+
+RIGS: dict[str, RigConfig] = {
+    "single": RigConfig(),
+    "ring-2": _ring(2),
+    "ring-4": _ring(4),
+    "ring-7": _ring(7),
+    "pan": RigConfig(servo=ServoConfig()),
+}
+"""One lens ahead; rings of 2, 4 and 7; one lens on a servo."""

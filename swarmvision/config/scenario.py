@@ -1,0 +1,140 @@
+"""The scenario file: everything that one run needs but its seed, and the door through which it comes in."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+
+from swarmvision.config.arena import ARENAS, ArenaConfig
+from swarmvision.config.controller import ControllerConfig, KobotConfig
+from swarmvision.config.model import Settings, read_toml, validated
+from swarmvision.config.robot import RobotConfig
+from swarmvision.config.sensor import CameraSensorConfig, SensorConfig
+from swarmvision.errors import ConfigError, unknown_name
+
+
+class StartConfig(Settings):
+    """Where the robots stand when the run begins: random places that do not touch."""
+
+    radius: Annotated[float, Field(gt=0, le=100)] | None = None
+    """Robots start inside this circle round the arena's centre (m); anywhere where not given."""
+
+    spacing: Annotated[float, Field(ge=0, le=10)] = 0.16
+    """Least distance between two robots' axes (m)."""
+
+    heading_spread_deg: Annotated[float, Field(ge=0, le=180)] = 180.0
+    """Headings are drawn evenly from plus or minus this about x (deg)."""
+
+
+class ScenarioConfig(Settings):
+    """One experiment."""
+
+    name: str = "flocking"
+    """What it is called."""
+
+    description: str = ""
+    """One line."""
+
+    robots: Annotated[int, Field(ge=0, le=10_000)] = 8
+    """How many."""
+
+    seconds: Annotated[float, Field(gt=0, le=1e6)] = 60.0
+    """Simulated time (s)."""
+
+    control_hz: Annotated[float, Field(ge=1, le=1000)] = 10.0
+    """Control steps per second."""
+
+    physics_substeps: Annotated[int, Field(ge=1, le=1000)] = 12
+    """Physics steps in one control step."""
+
+    measure: Literal["flocking", "aggregation"] = "flocking"
+    """Which distance links two robots into a cluster: flocking 0.5 m, aggregation 1.5 body diagonals."""
+
+    arena: ArenaConfig = ARENAS["open"]
+    """A preset's name (open, paper) or its settings."""
+
+    robot: RobotConfig = RobotConfig()
+    """Every robot."""
+
+    start: StartConfig = StartConfig()
+    """Where they begin."""
+
+    sensor: SensorConfig = CameraSensorConfig()
+    """How they sense each other."""
+
+    controller: ControllerConfig = KobotConfig()
+    """What they do."""
+
+    @field_validator("arena", mode="before")
+    @classmethod
+    def _arena_preset(cls, value: object) -> object:
+        if not isinstance(value, str):
+            return value
+        if value not in ARENAS:
+            raise ConfigError(unknown_name("arena", value, ARENAS))
+        return ARENAS[value]
+
+
+def packaged_scenarios() -> dict[str, str]:
+    """Return the name and the description of every scenario that ships with the package."""
+    folder = resources.files("swarmvision.scenarios")
+    files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".toml"))
+    return {
+        name.removesuffix(".toml"): tomllib.loads((folder / name).read_text())["description"]
+        for name in files
+    }
+
+
+def packaged_scenario(name: str, overrides: Sequence[str] = ()) -> ScenarioConfig:
+    """Return a scenario that ships with the package.
+
+    Raises:
+        ConfigError: If there is none of that name, or an override is wrong.
+    """
+    known = packaged_scenarios()
+    if name not in known:
+        raise ConfigError(unknown_name("scenario", name, known))
+    text = (resources.files("swarmvision.scenarios") / f"{name}.toml").read_text()
+    return _scenario(tomllib.loads(text), overrides, name)
+
+
+def load_scenario(path: Path, overrides: Sequence[str] = ()) -> ScenarioConfig:
+    """Return the scenario in a TOML file.
+
+    Args:
+        path: The file.
+        overrides: ``key=value`` with dots for nesting and a TOML value, as ``robots=4``,
+            ``sensor.latency=0.1``; a value that is not TOML is taken as text.
+
+    Raises:
+        ConfigError: One line that names file, field, rule and value.
+    """
+    return _scenario(read_toml(path), overrides, str(path))
+
+
+def _scenario(values: dict[str, Any], overrides: Sequence[str], source: str) -> ScenarioConfig:
+    for override in overrides:
+        _override(values, override)
+    return validated(ScenarioConfig, values, source)
+
+
+def _override(values: dict[str, Any], override: str) -> None:
+    key, separator, text = override.partition("=")
+    if not separator or not key.strip():
+        raise ConfigError(f"an override must read key=value, got {override!r}")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    *path, last = key.strip().split(".")
+    table = values
+    for part in path:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            raise ConfigError(f"override {override!r}: {part!r} is a value, it has no settings inside")
+    table[last] = value

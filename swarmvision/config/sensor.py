@@ -1,0 +1,102 @@
+"""How a robot senses its neighbours."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from swarmvision.config.camera import LENSES, RIGS, LensConfig, RigConfig
+from swarmvision.config.model import Settings
+from swarmvision.errors import ConfigError, unknown_name
+
+Method = Literal["edges", "moments"]
+Renderer = Literal["raycast", "mesh"]
+
+
+class TrackerConfig(Settings):
+    """How long and how tightly neighbours are remembered."""
+
+    memory: Annotated[float, Field(ge=0, le=60)] = 1.0
+    """A neighbour not seen for longer is forgotten (s)."""
+
+    gate: Annotated[float, Field(gt=0, le=1000)] = 16.3
+    """Largest squared Mahalanobis distance of a match: 99.9 % of chi-squared with 3 degrees of freedom."""
+
+    confirm: Annotated[int, Field(ge=1, le=10)] = 1
+    """Measurements before a new neighbour is reported."""
+
+    acceleration: Annotated[float, Field(gt=0, le=100)] = 0.5
+    """Spread of a neighbour's unknown acceleration (m/s^2)."""
+
+    turn_acceleration: Annotated[float, Field(gt=0, le=1000)] = 6.0
+    """Spread of a neighbour's unknown turn acceleration (rad/s^2)."""
+
+
+class TruthSensorConfig(Settings):
+    """Perfect range, bearing and heading of every neighbour in line of sight."""
+
+    kind: Literal["truth"] = "truth"
+
+    reach: Annotated[float, Field(gt=0, le=1000)] = 2.0
+    """m"""
+
+    fov_deg: Annotated[float, Field(gt=0, le=360)] = 360.0
+    """Field of view (deg), centred ahead."""
+
+    occlusion: bool = True
+    """Whether nearer markers and objects hide farther ones."""
+
+
+class CameraSensorConfig(Settings):
+    """Pictures from every lens of a rig, read into neighbours and tracked."""
+
+    kind: Literal["camera"] = "camera"
+
+    lens: LensConfig = LENSES["pi-v1"]
+    """A preset's name (pi-v1, pi-v2, pi-v3-wide) or a camera file's content."""
+
+    rig: RigConfig = RIGS["ring-7"]
+    """A preset's name (single, ring-2, ring-4, ring-7, pan) or where the lenses look."""
+
+    rate_hz: Annotated[float, Field(gt=0, le=1000)] = 10.0
+    """Pictures per second of every lens; the paper's camera reaches 32."""
+
+    latency: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """From exposure to estimate (s)."""
+
+    noise_std: Annotated[float, Field(ge=0, le=64)] = 2.0
+    """Standard deviation of the sensor noise (grey levels of 255)."""
+
+    method: Method = "edges"
+    """How a picture becomes neighbours."""
+
+    renderer: Renderer = "raycast"
+    """Who draws the pictures."""
+
+    reach: Annotated[float, Field(gt=0, le=100)] = 1.5
+    """Neighbours estimated farther away are dropped (m)."""
+
+    tracker: TrackerConfig = TrackerConfig()
+    """Memory between pictures."""
+
+    @field_validator("lens", mode="before")
+    @classmethod
+    def _lens_preset(cls, value: object) -> object:
+        return _preset("camera", value, LENSES)
+
+    @field_validator("rig", mode="before")
+    @classmethod
+    def _rig_preset(cls, value: object) -> object:
+        return _preset("rig", value, RIGS)
+
+
+SensorConfig = Annotated[CameraSensorConfig | TruthSensorConfig, Field(discriminator="kind")]
+
+
+def _preset(kind: str, value: object, presets: dict[str, Settings]) -> object:
+    if not isinstance(value, str):
+        return value
+    if value not in presets:
+        raise ConfigError(unknown_name(kind, value, presets))
+    return presets[value]

@@ -1,0 +1,193 @@
+"""The nouns that travel round the loop: :class:`Scene`, :class:`Estimates`, :class:`Commands`.
+
+Each is a frozen struct of arrays, checked once at birth and never again downstream. Letters of the
+shapes: ``r`` robots, ``k`` neighbour slots, ``m`` objects; ``...`` stands for any leading axes,
+so that one function serves one robot ``(k,)``, a swarm ``(r, k)`` and many worlds
+``(worlds, r, k)``. Empty is a normal value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.errors import DataError
+from swarmvision.geometry import FloatArray, cartesian
+
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+Frame = Literal["lens", "robot"]
+"""From where an estimate is measured: a lens centre, or a robot's vertical centre line."""
+
+
+def _adopt(owner: Any, shapes: dict[str, tuple[tuple[int, ...], type]]) -> None:
+    """Replace each named field by our own read-only copy of the given shape and type."""
+    for name, (shape, dtype) in shapes.items():
+        array = np.array(getattr(owner, name), dtype=dtype)
+        if array.shape != shape:
+            raise DataError(f"{type(owner).__name__}.{name} must have shape {shape}, got {array.shape}")
+        array.setflags(write=False)
+        object.__setattr__(owner, name, array)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """Everything in the arena that moves, at one instant; its fixed shapes are configuration."""
+
+    time: float
+    """s since the start of the run."""
+    pose: FloatArray
+    """Robots: x (m), y (m), yaw (rad) of the vertical centre line, shape ``(r, 3)``."""
+    velocity: FloatArray
+    """Robots: dx/dt, dy/dt (m/s), dyaw/dt (rad/s) in the world, shape ``(r, 3)``."""
+    wheel_speed: FloatArray
+    """Left and right track (m/s) as the encoders tell it, before slip, shape ``(r, 2)``."""
+    object_pose: FloatArray
+    """Objects of the arena, in the order of its file: x, y, yaw, shape ``(m, 3)``."""
+    object_velocity: FloatArray
+    """Objects: dx/dt, dy/dt (m/s), dyaw/dt (rad/s), shape ``(m, 3)``."""
+
+    def __post_init__(self) -> None:
+        r, m = len(self.pose), len(self.object_pose)
+        _adopt(
+            self,
+            {
+                "pose": ((r, 3), np.float64),
+                "velocity": ((r, 3), np.float64),
+                "wheel_speed": ((r, 2), np.float64),
+                "object_pose": ((m, 3), np.float64),
+                "object_velocity": ((m, 3), np.float64),
+            },
+        )
+
+    @property
+    def robots(self) -> int:
+        """How many robots there are."""
+        return len(self.pose)
+
+    @classmethod
+    def at_rest(cls, pose: Any, object_pose: Any = ()) -> Self:
+        """Return a scene at time 0 in which nothing moves, from poses ``(r, 3)`` and ``(m, 3)``."""
+        pose = np.asarray(pose, dtype=np.float64).reshape(-1, 3)
+        objects = np.asarray(object_pose, dtype=np.float64).reshape(-1, 3)
+        return cls(
+            time=0.0,
+            pose=pose,
+            velocity=np.zeros_like(pose),
+            wheel_speed=np.zeros((len(pose), 2)),
+            object_pose=objects,
+            object_velocity=np.zeros_like(objects),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Estimates:
+    """What observers believe about their neighbours, in ``k`` padded slots each.
+
+    A slot that is not ``seen`` holds nan (``track`` -1, ``visible`` 0). Angles are in (-pi, pi].
+    """
+
+    seen: BoolArray
+    """Whether the slot holds a neighbour, shape ``(..., k)``."""
+    range: FloatArray
+    """Horizontal distance to the marker's axis (m), positive, shape ``(..., k)``."""
+    bearing: FloatArray
+    """Direction of the marker's axis (rad), left positive, shape ``(..., k)``."""
+    heading: FloatArray
+    """Yaw of the neighbour minus that of the observer (rad); nan where not told, shape ``(..., k)``."""
+    covariance: FloatArray
+    """Of (range, bearing, heading): m^2, m rad, rad^2; positive definite; the rows of a heading that is
+    not told are nan, shape ``(..., k, 3, 3)``."""
+    age: FloatArray
+    """Time since the neighbour was last measured (s), shape ``(..., k)``."""
+    track: IntArray
+    """A number that stays with a neighbour while it is tracked; -1 without, shape ``(..., k)``."""
+    visible: FloatArray
+    """Fraction of the marker's width that was in view and not hidden, 0..1, shape ``(..., k)``."""
+    frame: Frame = "robot"
+    """Where range and bearing start and what heading is relative to."""
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.seen)
+        if not shape:
+            raise DataError("Estimates.seen must have at least one axis, the slots; got a scalar")
+        _adopt(
+            self,
+            {
+                "seen": (shape, np.bool_),
+                "range": (shape, np.float64),
+                "bearing": (shape, np.float64),
+                "heading": (shape, np.float64),
+                "covariance": ((*shape, 3, 3), np.float64),
+                "age": (shape, np.float64),
+                "track": (shape, np.int64),
+                "visible": (shape, np.float64),
+            },
+        )
+
+    @property
+    def positions(self) -> FloatArray:
+        """Neighbours in the observer's frame (m), x forward, y left; nan where unseen, ``(..., k, 2)``."""
+        return cartesian(self.range, self.bearing)
+
+    @property
+    def count(self) -> IntArray:
+        """How many neighbours each observer sees, shape ``(...)``."""
+        return np.count_nonzero(self.seen, axis=-1).astype(np.int64)
+
+    @classmethod
+    def empty(cls, shape: tuple[int, ...] = (0,), frame: Frame = "robot") -> Self:
+        """Return estimates of the given shape ``(..., k)`` in which nobody is seen."""
+        return cls(
+            seen=np.zeros(shape, dtype=bool),
+            range=np.full(shape, np.nan),
+            bearing=np.full(shape, np.nan),
+            heading=np.full(shape, np.nan),
+            covariance=np.full((*shape, 3, 3), np.nan),
+            age=np.full(shape, np.nan),
+            track=np.full(shape, -1),
+            visible=np.zeros(shape),
+            frame=frame,
+        )
+
+    @classmethod
+    def stack(cls, rows: list[Self]) -> Self:
+        """Return one ``(r, k)`` from ``r`` rows ``(k_i,)``; k is the longest row's, short ones are padded."""
+        frames = {row.frame for row in rows}
+        if len(frames) > 1:
+            raise DataError("Estimates.stack needs rows of one frame, got lens and robot")
+        width = max((row.seen.shape[-1] for row in rows), default=0)
+        stacked = cls.empty((len(rows), width), frame=rows[0].frame if rows else "robot")
+        arrays = {f.name: getattr(stacked, f.name).copy() for f in fields(cls) if f.name != "frame"}
+        for i, row in enumerate(rows):
+            for name, array in arrays.items():
+                array[i, : row.seen.shape[-1]] = getattr(row, name)
+        return cls(**arrays, frame=stacked.frame)
+
+    def select(self, index: Any) -> Self:
+        """Return the estimates at ``index``, applied alike to the axes of ``seen``."""
+        arrays = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != "frame"}
+        return type(self)(**arrays, frame=self.frame)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Commands:
+    """What the drives are asked for; the drive limits it, once."""
+
+    speed: FloatArray
+    """Forward (m/s), shape ``(...)``."""
+    turn_rate: FloatArray
+    """Counter-clockwise (rad/s), shape ``(...)``."""
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.speed)
+        _adopt(self, {"speed": (shape, np.float64), "turn_rate": (shape, np.float64)})
+
+    @classmethod
+    def stop(cls, shape: tuple[int, ...] = ()) -> Self:
+        """Return commands to stand still."""
+        return cls(speed=np.zeros(shape), turn_rate=np.zeros(shape))

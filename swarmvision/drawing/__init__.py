@@ -1,0 +1,1 @@
+"""A run as pictures: top view, camera mosaic, plots, video."""

@@ -1,0 +1,1 @@
+"""Scene and lens in, picture out."""

@@ -1,0 +1,1 @@
+"""Scene in, estimates out: one file a sensor, one protocol."""
