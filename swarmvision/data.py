@@ -1,4 +1,4 @@
-"""The nouns that travel round the loop: :class:`Scene`, :class:`Estimates`, :class:`Commands`.
+"""The nouns that travel round the loop: :class:`Scene`, :class:`Picture`, :class:`Estimates`, :class:`Commands`.
 
 Each is a frozen struct of arrays, checked once at birth and never again downstream. Letters of the
 shapes: ``r`` robots, ``k`` neighbour slots, ``m`` objects; ``...`` stands for any leading axes,
@@ -191,3 +191,19 @@ class Commands:
     def stop(cls, shape: tuple[int, ...] = ()) -> Self:
         """Return commands to stand still."""
         return cls(speed=np.zeros(shape), turn_rate=np.zeros(shape))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Picture:
+    """One photograph of the run, with what was read from it."""
+
+    robot: int
+    """Whose camera took it."""
+    lens: int
+    """Which lens of that robot's rig."""
+    pose: FloatArray
+    """Of the lens in the world: x, y, yaw, shape ``(3,)``."""
+    image: NDArray[np.uint8]
+    """RGB, shape ``(h, w, 3)``."""
+    estimates: Estimates
+    """In the lens frame, shape ``(k,)``."""
