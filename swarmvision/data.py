@@ -45,7 +45,10 @@ class Scene:
     velocity: FloatArray
     """Robots: dx/dt, dy/dt (m/s), dyaw/dt (rad/s) in the world, shape ``(r, 3)``."""
     wheel_speed: FloatArray
-    """Left and right track (m/s) as the encoders tell it, before slip, shape ``(r, 2)``."""
+    """Left and right track (m/s) as it is driven, before slip, shape ``(r, 2)``."""
+    wheel_travel: FloatArray
+    """Way of the left and right track (m) since the start, by the encoders: the integral of
+    ``wheel_speed``, shape ``(r, 2)``."""
     object_pose: FloatArray
     """Objects of the arena, in the order of its file: x, y, yaw, shape ``(m, 3)``."""
     object_velocity: FloatArray
@@ -59,6 +62,7 @@ class Scene:
                 "pose": ((r, 3), np.float64),
                 "velocity": ((r, 3), np.float64),
                 "wheel_speed": ((r, 2), np.float64),
+                "wheel_travel": ((r, 2), np.float64),
                 "object_pose": ((m, 3), np.float64),
                 "object_velocity": ((m, 3), np.float64),
             },
@@ -79,6 +83,7 @@ class Scene:
             pose=pose,
             velocity=np.zeros_like(pose),
             wheel_speed=np.zeros((len(pose), 2)),
+            wheel_travel=np.zeros((len(pose), 2)),
             object_pose=objects,
             object_velocity=np.zeros_like(objects),
         )
