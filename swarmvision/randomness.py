@@ -24,3 +24,9 @@ def stream(seed: int, subsystem: Subsystem, *key: int) -> np.random.Generator:
     """Return the generator of a subsystem; ``key`` tells robots, lenses and the like apart."""
     sequence = np.random.SeedSequence(entropy=seed, spawn_key=(int(subsystem), *key))
     return np.random.Generator(np.random.PCG64(sequence))
+
+
+def hashed(seed: int, subsystem: Subsystem, *key: int) -> int:
+    """Return one number in 0..2**63 - 1 for a key, for kernels that hash instead of drawing."""
+    sequence = np.random.SeedSequence(entropy=seed, spawn_key=(int(subsystem), *key))
+    return int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1))
