@@ -1,4 +1,4 @@
-"""The nouns that travel round the loop: :class:`Scene`, :class:`Picture`, :class:`Estimates`, :class:`Commands`.
+"""The nouns of the loop: :class:`Scene`, :class:`Picture`, :class:`Estimates`, :class:`Commands`.
 
 Each is a frozen struct of arrays, checked once at birth and never again downstream. Letters of the
 shapes: ``r`` robots, ``k`` neighbour slots, ``m`` objects; ``...`` stands for any leading axes,

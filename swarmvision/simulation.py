@@ -48,7 +48,7 @@ class Frame:
 
     @property
     def time(self) -> float:
-        """s since the start of the run."""
+        """Time since the start of the run (s)."""
         return self.scene.time
 
 

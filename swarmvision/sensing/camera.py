@@ -113,7 +113,9 @@ class CameraSensor:
         travelled = self._travelled(self._tracked_until, time)
 
         def look(robot: int) -> list[Picture]:
-            return self._look(robot, scene, robot_from_lens, *travelled[robot])
+            pictures, neighbours = self._look(robot, scene, robot_from_lens)
+            self._trackers[robot].step(neighbours, *travelled[robot])
+            return pictures
 
         robots = range(scene.robots)
         looks: list[list[Picture]] = list((self._pool.map if self._pool else map)(look, robots))
@@ -121,9 +123,8 @@ class CameraSensor:
         if self._keep:
             self.pictures = tuple(picture for pictures in looks for picture in pictures)
 
-    def _look(
-        self, robot: int, scene: Scene, robot_from_lens: FloatArray, speed: float, turn_rate: float, dt: float
-    ) -> list[Picture]:
+    def _look(self, robot: int, scene: Scene, robot_from_lens: FloatArray) -> tuple[list[Picture], Estimates]:
+        """Return a robot's pictures, if they are kept, and the neighbours read from them."""
         poses = compose(scene.pose[robot], robot_from_lens)
         pictures, readings = [], []
         for lens, pose in enumerate(poses):
@@ -136,9 +137,7 @@ class CameraSensor:
             if self._keep:
                 pictures.append(Picture(robot, lens, pose, image, reading))
         neighbours = robot_frame(readings, robot_from_lens)
-        near = neighbours.select(neighbours.range <= self._config.reach)
-        self._trackers[robot].step(near, speed, turn_rate, dt)
-        return pictures
+        return pictures, neighbours.select(neighbours.range <= self._config.reach)
 
     def _now(self, robot: int, time: float) -> Estimates:
         """Return a robot's tracks carried on from the newest picture to a time (s)."""

@@ -1,0 +1,117 @@
+"""The camera sensor: real pixels in, tracked neighbours out."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from swarmvision.config.arena import ARENAS
+from swarmvision.config.robot import RobotConfig
+from swarmvision.config.sensor import CameraSensorConfig, TruthSensorConfig
+from swarmvision.data import Commands, Estimates, Scene
+from swarmvision.geometry import wrap
+from swarmvision.sensing.camera import CameraSensor, between
+from swarmvision.sensing.truth import TruthSensor
+from swarmvision.world import World
+
+ROBOT = RobotConfig()
+ARENA = ARENAS["open"]
+CIRCLE = np.array([[0.35 * np.cos(a), 0.35 * np.sin(a), 2.5 * a + 1] for a in np.arange(5) * 2 * np.pi / 5])
+
+
+def sensor(robots: int, workers: int = 1, keep: bool = False, **settings: object) -> CameraSensor:
+    config = CameraSensorConfig.model_validate({"rig": "ring-7", **settings})
+    return CameraSensor(config, ROBOT, ARENA, robots, seed=3, keep_pictures=keep, workers=workers)
+
+
+def sorted_by_bearing(estimates: Estimates, robot: int) -> Estimates:
+    row = estimates.select(robot)
+    row = row.select(row.seen)
+    return row.select(np.argsort(row.bearing))
+
+
+def same(one: Estimates, two: Estimates) -> bool:
+    return all(
+        np.array_equal(getattr(one, f.name), getattr(two, f.name), equal_nan=f.name != "seen")
+        for f in fields(Estimates)
+        if f.name != "frame"
+    )
+
+
+def test_a_ring_of_cameras_sees_what_is_there() -> None:
+    scene = Scene.at_rest(CIRCLE)
+    truth = TruthSensor(TruthSensorConfig(), ROBOT, ARENA).sense(scene)
+    estimates = sensor(5).sense(scene)
+    for robot in range(5):
+        true, got = sorted_by_bearing(truth, robot), sorted_by_bearing(estimates, robot)
+        assert len(got.seen) == len(true.seen) == 4
+        np.testing.assert_allclose(got.range, true.range, rtol=0.02)
+        np.testing.assert_allclose(wrap(got.bearing - true.bearing), 0, atol=np.radians(0.5))
+        np.testing.assert_allclose(wrap(got.heading - true.heading), 0, atol=np.radians(10))
+
+
+def test_the_number_of_workers_changes_no_bit() -> None:
+    scene = Scene.at_rest(CIRCLE)
+    assert same(sensor(5, workers=1).sense(scene), sensor(5, workers=3).sense(scene))
+
+
+@pytest.mark.parametrize("robots", [0, 1])
+def test_nobody_is_seen_by_nobody_or_by_one(robots: int) -> None:
+    estimates = sensor(robots).sense(Scene.at_rest(np.zeros((robots, 3))))
+    assert estimates.seen.shape[0] == robots
+    assert not estimates.seen.any()
+
+
+def test_another_robot_far_away_shifts_nobody_elses_noise() -> None:
+    one, two = sensor(2, keep=True, rig="single"), sensor(3, keep=True, rig="single")
+    one.sense(Scene.at_rest([[0, 0, 0], [0.4, 0, 0]]))
+    two.sense(Scene.at_rest([[0, 0, 0], [0.4, 0, 0], [-5, 0, 0]]))
+    np.testing.assert_array_equal(one.pictures[0].image, two.pictures[0].image)
+
+
+def test_pictures_are_kept_only_when_asked_for() -> None:
+    scene = Scene.at_rest(CIRCLE)
+    assert sensor(5).pictures == ()
+    kept = sensor(5, keep=True)
+    kept.sense(scene)
+    assert [(p.robot, p.lens) for p in kept.pictures] == [(r, c) for r in range(5) for c in range(7)]
+
+
+def test_estimates_come_late_by_the_latency() -> None:
+    robots = [[0, 0, 0], [0.4, 0, 0]]
+    late = sensor(2, latency=0.15)
+    world = World(ARENA, ROBOT, Scene.at_rest(robots))
+    scene = Scene.at_rest(robots)
+    seen = []
+    for _ in range(4):
+        estimates = late.sense(scene)
+        seen.append(bool(estimates.seen[0].any()))
+        age = estimates.age[0][estimates.seen[0]]
+        assert np.all(age > 0.1)
+        scene = world.step(Commands.stop((2,)), 0.1, 4)
+    assert seen == [False, False, True, True]  # the picture of time 0 arrives at 0.15
+
+
+def test_ego_motion_does_not_move_a_still_neighbour_in_the_world() -> None:
+    robots = [[0, 0, 0], [0.5, 0.1, 1.0]]
+    turning = sensor(2, rate_hz=5)
+    world = World(ARENA, ROBOT, Scene.at_rest(robots))
+    scene = Scene.at_rest(robots)
+    for _ in range(15):
+        estimates = turning.sense(scene)
+        me = scene.pose[0]
+        place = estimates.positions[0][estimates.seen[0]]
+        assert len(place) == 1
+        world_bearing = wrap(me[2] + np.arctan2(place[0, 1], place[0, 0]))
+        true = scene.pose[1] - me
+        assert abs(wrap(world_bearing - np.arctan2(true[1], true[0]))) < np.radians(2.0)
+        scene = world.step(Commands(np.array([0.0, 0.0]), np.array([1.5, 0.0])), 0.1, 12)
+
+
+def test_between_two_scenes_yaw_takes_the_short_way() -> None:
+    first = Scene.at_rest([[0, 0, 3.0]])
+    last = Scene.at_rest([[1, 2, -3.0]])
+    middle = between(first, last, 0.5).pose[0]
+    np.testing.assert_allclose(middle, [0.5, 1.0, np.pi], atol=1e-12)
