@@ -42,6 +42,9 @@ class RobotConfig(Settings):
     turn_slip: Annotated[float, Field(ge=0, lt=1)] = 0.1
     """Fraction of turn rate that the tracks lose by scrubbing."""
 
+    traction: Annotated[float, Field(gt=0, le=5)] = 0.8
+    """Coulomb friction of the tracks on the floor; the most that they can pull is this times the weight."""
+
     friction: Annotated[float, Field(ge=0, le=5)] = 0.4
     """Coulomb friction of the body against bodies and walls."""
 

@@ -1,0 +1,313 @@
+"""Scene, commands and a period in, scene out: the only importer of pymunk.
+
+A top-down world without gravity. A robot is a box on two tracks. In every physics substep the
+tracks pull the body towards the speed at which they run, with no more force than Coulomb friction
+under the robot's weight allows, and resist sideways sliding alike; contacts may therefore stall,
+push or turn a robot. Pushable objects rub on the floor.
+
+Where we differ from a real skid-steered robot: the slip of a turn is one constant factor (see
+:mod:`swarmvision.drive`), and the floor's friction on a spinning object acts at its mean radius.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pymunk
+
+from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
+from swarmvision.config.robot import RobotConfig
+from swarmvision.config.scenario import ScenarioConfig
+from swarmvision.data import Commands, Scene
+from swarmvision.drive import Drive
+from swarmvision.errors import ConfigError, PhysicsError
+from swarmvision.geometry import FloatArray, wrap
+
+GRAVITY = 9.81  # m/s^2
+WALL_THICKNESS = 0.5  # m, outwards; nothing at a robot's speed passes that in one substep
+RESTITUTION = 0.05  # robots and boxes hardly bounce
+SOLVER_ITERATIONS = 20
+OVERLAP = 1e-4  # m that bodies may overlap before the solver pushes them apart
+FASTEST = 50.0  # m/s; a world in which something is faster has blown up
+
+ROBOT, OBSTACLE = 1, 2  # collision types
+
+
+class World:
+    """The arena's bodies, advanced by :meth:`step`."""
+
+    def __init__(self, arena: ArenaConfig, robot: RobotConfig, scene: Scene) -> None:
+        """Build the arena and put robots and objects where the scene has them.
+
+        Raises:
+            DataError: If the scene's objects are not the arena's.
+        """
+        self.scene = scene
+        self.robot_contacts = 0
+        self.obstacle_contacts = 0
+        self._robot = robot
+        self._drive = Drive.from_config(robot)
+        self._space = pymunk.Space()
+        self._space.iterations = SOLVER_ITERATIONS
+        self._space.collision_slop = OVERLAP
+        self._space.collision_persistence = 0  # no memory of old contacts: a scene is the whole state
+        self._add_walls(arena)
+        self._robots = [self._add_robot(i, scene) for i in range(scene.robots)]
+        self._objects = [self._add_object(thing, arena, i, scene) for i, thing in enumerate(arena.objects)]
+        self._space.on_collision(ROBOT, ROBOT, begin=self._count_robots)
+        self._space.on_collision(ROBOT, OBSTACLE, begin=self._count_obstacle)
+
+    @property
+    def contacts(self) -> int:
+        """Contacts begun so far, of robots with robots, walls and objects."""
+        return self.robot_contacts + self.obstacle_contacts
+
+    def step(self, commands: Commands, dt: float, substeps: int) -> Scene:
+        """Return the scene after a control period.
+
+        Args:
+            commands: One per robot, shape ``(r,)``.
+            dt: The period (s).
+            substeps: Physics steps in it.
+
+        Raises:
+            PhysicsError: If a command or the new state is not finite; names robot and field.
+        """
+        _refuse_nonfinite("command.speed", commands.speed)
+        _refuse_nonfinite("command.turn_rate", commands.turn_rate)
+        wanted = self._drive.saturate(self._drive.wheel_speeds(commands.speed, commands.turn_rate))
+        wheels, travel = self.scene.wheel_speed, self.scene.wheel_travel
+        h = dt / substeps
+        for _ in range(substeps):
+            before, wheels = wheels, self._drive.lag(wheels, wanted, h)
+            travel = travel + (before + wheels) * (h / 2.0)
+            self._pull(wheels, h)
+            self._space.step(h)
+        self.scene = Scene(
+            time=self.scene.time + dt,
+            pose=_poses(self._robots),
+            velocity=_velocities(self._robots),
+            wheel_speed=wheels,
+            wheel_travel=travel,
+            object_pose=_poses(self._objects),
+            object_velocity=_velocities(self._objects),
+        )
+        self._refuse_blown_up()
+        return self.scene
+
+    def _pull(self, wheels: FloatArray, h: float) -> None:
+        """Give each robot the traction and each object the floor friction of one substep (s)."""
+        speeds, turn_rates = self._drive.twist(wheels)
+        grip = self._robot.traction * GRAVITY * h  # m/s that friction can change in one substep
+        grip_turn = grip * self._robot.mass * _lever(self._robot.length, self._robot.width)
+        for body, speed, turn_rate in zip(self._robots, speeds, turn_rates, strict=True):
+            cos, sin = math.cos(body.angle), math.sin(body.angle)
+            change_x = speed * cos - body.velocity.x
+            change_y = speed * sin - body.velocity.y
+            share = min(1.0, grip / max(math.hypot(change_x, change_y), 1e-12))
+            body.velocity = (body.velocity.x + share * change_x, body.velocity.y + share * change_y)
+            limit = grip_turn / body.moment
+            change = turn_rate - body.angular_velocity
+            body.angular_velocity += max(-limit, min(limit, change))
+
+    def _add_walls(self, arena: ArenaConfig) -> None:
+        x, y, t = arena.width / 2.0, arena.depth / 2.0, WALL_THICKNESS
+        for left, bottom, right, top in (
+            (-x - 2 * t, -y - 2 * t, x + 2 * t, -y),
+            (-x - 2 * t, y, x + 2 * t, y + 2 * t),
+            (-x - 2 * t, -y - 2 * t, -x, y + 2 * t),
+            (x, -y - 2 * t, x + 2 * t, y + 2 * t),
+        ):
+            corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+            wall = pymunk.Poly(self._space.static_body, corners)
+            self._finish(wall, arena.wall_friction, OBSTACLE)
+            self._space.add(wall)
+
+    def _add_robot(self, index: int, scene: Scene) -> pymunk.Body:
+        robot = self._robot
+        moment = pymunk.moment_for_box(robot.mass, (robot.length, robot.width))
+        body = pymunk.Body(robot.mass, moment)
+        shape = pymunk.Poly.create_box(body, (robot.length, robot.width))
+        self._finish(shape, robot.friction, ROBOT)
+        _place(body, scene.pose[index], scene.velocity[index])
+        self._space.add(body, shape)
+        return body
+
+    def _add_object(
+        self, thing: BoxConfig | DiscConfig, arena: ArenaConfig, index: int, scene: Scene
+    ) -> pymunk.Body:
+        fixed = thing.mass is None
+        if isinstance(thing, DiscConfig):
+            moment = pymunk.moment_for_circle(thing.mass or 1.0, 0.0, thing.radius)
+            lever = 2.0 / 3.0 * thing.radius
+        else:
+            moment = pymunk.moment_for_box(thing.mass or 1.0, (thing.length, thing.width))
+            lever = _lever(thing.length, thing.width)
+        body = pymunk.Body(
+            thing.mass or 0.0,
+            0.0 if fixed else moment,
+            body_type=pymunk.Body.STATIC if fixed else pymunk.Body.DYNAMIC,
+        )
+        shape: pymunk.Shape = (
+            pymunk.Circle(body, thing.radius)
+            if isinstance(thing, DiscConfig)
+            else pymunk.Poly.create_box(body, (thing.length, thing.width))
+        )
+        self._finish(shape, arena.wall_friction, OBSTACLE)
+        _place(body, scene.object_pose[index], scene.object_velocity[index])
+        if thing.mass is not None:
+            _rub(body, arena.floor_friction, thing.mass * lever / moment)
+        self._space.add(body, shape)
+        return body
+
+    def _finish(self, shape: pymunk.Shape, friction: float, collision_type: int) -> None:
+        # Chipmunk multiplies the two frictions; the square root makes equal pairs mean themselves.
+        shape.friction = math.sqrt(friction)
+        shape.elasticity = RESTITUTION
+        shape.collision_type = collision_type
+
+    def _count_robots(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        self.robot_contacts += 1
+
+    def _count_obstacle(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        self.obstacle_contacts += 1
+
+    def _refuse_blown_up(self) -> None:
+        _refuse_nonfinite("pose", self.scene.pose)
+        _refuse_nonfinite("velocity", self.scene.velocity)
+        if np.any(np.abs(self.scene.velocity[:, :2]) > FASTEST):
+            robot = int(np.argmax(np.abs(self.scene.velocity[:, :2]).max(axis=1)))
+            raise PhysicsError(f"velocity of robot {robot} exceeds {FASTEST} m/s: the world blew up")
+
+
+def _lever(length: float, width: float) -> float:
+    """Return the mean radius (m) at which a box's ground friction resists a spin."""
+    return math.hypot(length, width) / 3.0
+
+
+def _rub(body: pymunk.Body, friction: float, turn: float) -> None:
+    """Let a pushable object slow down on the floor; ``turn`` is rad/s^2 per m/s^2."""
+
+    def slow(body: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
+        pymunk.Body.update_velocity(body, gravity, damping, dt)
+        loss = friction * GRAVITY * dt
+        speed = body.velocity.length
+        body.velocity = body.velocity * (max(0.0, speed - loss) / speed if speed > 0.0 else 0.0)
+        spin = body.angular_velocity
+        body.angular_velocity = math.copysign(max(0.0, abs(spin) - loss * turn), spin)
+
+    body.velocity_func = slow
+
+
+def _place(body: pymunk.Body, pose: FloatArray, velocity: FloatArray) -> None:
+    body.position = (float(pose[0]), float(pose[1]))
+    body.angle = float(pose[2])
+    if body.body_type == pymunk.Body.DYNAMIC:
+        body.velocity = (float(velocity[0]), float(velocity[1]))
+        body.angular_velocity = float(velocity[2])
+
+
+def _poses(bodies: list[pymunk.Body]) -> FloatArray:
+    rows = [(body.position.x, body.position.y, body.angle) for body in bodies]
+    pose = np.array(rows, dtype=np.float64).reshape(-1, 3)
+    pose[:, 2] = wrap(pose[:, 2])
+    return pose
+
+
+def _velocities(bodies: list[pymunk.Body]) -> FloatArray:
+    rows = [(body.velocity.x, body.velocity.y, body.angular_velocity) for body in bodies]
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _refuse_nonfinite(field: str, values: FloatArray) -> None:
+    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if bad.any():
+        robot = int(np.flatnonzero(bad)[0])
+        value = values.reshape(len(values), -1)[robot]
+        shown = ", ".join(str(number) for number in value)
+        raise PhysicsError(f"{field} of robot {robot} must be finite, got {shown}")
+
+
+TRIES_PER_ROBOT = 200
+
+
+def starting_scene(scenario: ScenarioConfig, rng: np.random.Generator) -> Scene:
+    """Return robots at random places that do not touch, and the objects where the arena has them.
+
+    Random places are tried first; where they run out, the sites of a hexagonal lattice are dealt.
+
+    Raises:
+        ConfigError: If the robots do not fit.
+    """
+    arena, robot = scenario.arena, scenario.robot
+    diagonal = math.hypot(robot.length, robot.width)
+    spacing = max(scenario.start.spacing, diagonal)
+    free = _FreeGround(arena, scenario.start.radius, diagonal / 2.0)
+    places = _scattered(free, scenario.robots, spacing, rng)
+    if places is None:
+        sites = free.lattice(spacing)
+        if len(sites) < scenario.robots:
+            ground = f"{arena.width:g} x {arena.depth:g} m arena"
+            if scenario.start.radius is not None:
+                ground = f"starting circle of {scenario.start.radius:g} m radius in the {ground}"
+            raise ConfigError(
+                f"scenario {scenario.name!r}: {scenario.robots} robots do not fit the {ground}; "
+                f"about {len(sites)} do, {spacing:.3g} m apart"
+            )
+        places = rng.permutation(sites)[: scenario.robots]
+    spread = math.radians(scenario.start.heading_spread_deg)
+    yaw = rng.uniform(-spread, spread, scenario.robots)
+    objects = [(thing.x, thing.y, math.radians(thing.yaw_deg)) for thing in arena.objects]
+    return Scene.at_rest(np.column_stack([places, wrap(yaw)]), objects)
+
+
+class _FreeGround:
+    """Where a robot's axis may be: inside the walls and the starting circle, clear of objects."""
+
+    def __init__(self, arena: ArenaConfig, radius: float | None, margin: float) -> None:
+        self._arena = arena
+        self._margin = margin
+        self._circle = radius
+        self.x = max(arena.width / 2.0 - margin, 0.0)
+        self.y = max(arena.depth / 2.0 - margin, 0.0)
+        if radius is not None:
+            self.x, self.y = min(self.x, radius), min(self.y, radius)
+
+    def has(self, x: float, y: float) -> bool:
+        if abs(x) > self._arena.width / 2.0 - self._margin or abs(y) > self._arena.depth / 2.0 - self._margin:
+            return False
+        if self._circle is not None and math.hypot(x, y) > self._circle:
+            return False
+        return all(
+            math.hypot(x - thing.x, y - thing.y) > _reach_of(thing) + self._margin
+            for thing in self._arena.objects
+        )
+
+    def lattice(self, spacing: float) -> FloatArray:
+        """Return the sites of a hexagonal lattice that are free, shape ``(sites, 2)``."""
+        row_height = spacing * math.sqrt(3.0) / 2.0
+        rows, columns = int(self.y / row_height) + 1, int(self.x / spacing) + 1
+        sites = [
+            ((column + (row % 2) / 2.0) * spacing, row * row_height)
+            for row in range(-rows, rows + 1)
+            for column in range(-columns - 1, columns + 1)
+        ]
+        return np.array([site for site in sites if self.has(*site)], dtype=np.float64).reshape(-1, 2)
+
+
+def _reach_of(thing: BoxConfig | DiscConfig) -> float:
+    if isinstance(thing, DiscConfig):
+        return thing.radius
+    return math.hypot(thing.length, thing.width) / 2.0
+
+
+def _scattered(free: _FreeGround, robots: int, spacing: float, rng: np.random.Generator) -> FloatArray | None:
+    places = np.empty((0, 2))
+    for _ in range(TRIES_PER_ROBOT * robots):
+        if len(places) == robots:
+            break
+        x, y = rng.uniform((-free.x, -free.y), (free.x, free.y))
+        if free.has(x, y) and (np.hypot(*(places - (x, y)).T) >= spacing).all():
+            places = np.vstack([places, (x, y)])
+    return places if len(places) == robots else None
