@@ -63,10 +63,10 @@ ObjectConfig = Annotated[BoxConfig | DiscConfig, Field(discriminator="kind")]
 class ArenaConfig(Settings):
     """Walls, floor and objects."""
 
-    width: Length = 3.0
+    width: Length = 16.0
     """Inner size along x (m)."""
 
-    depth: Length = 3.0
+    depth: Length = 16.0
     """Inner size along y (m)."""
 
     wall_height: Annotated[float, Field(ge=0, le=10)] = 0.26

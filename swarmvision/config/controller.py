@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from swarmvision.config.model import Settings
 
@@ -33,11 +33,23 @@ class KobotConfig(Settings):
     desired_range: Range = 0.25
     """Range that neighbours keep (m)."""
 
+    contact_range: Range = 0.12
+    """Range at which the push is fully felt (m); less than desired_range."""
+
     reach: Range = 0.60
     """Neighbours farther away are ignored (m)."""
 
     alone: Alone = "keep"
     """With nobody in sight."""
+
+    @model_validator(mode="after")
+    def _ranges_ascend(self) -> KobotConfig:
+        if not self.contact_range < self.desired_range < self.reach:
+            raise ValueError(
+                "contact_range < desired_range < reach (m) must hold, "
+                f"got {self.contact_range}, {self.desired_range}, {self.reach}"
+            )
+        return self
 
 
 class GauciConfig(Settings):
@@ -48,8 +60,35 @@ class GauciConfig(Settings):
     speed: Speed = 0.10
     """Wheel speed that the law's 1 stands for (m/s)."""
 
-    beam: Annotated[float, Field(gt=0, le=180)] = 5.0
+    beam_deg: Annotated[float, Field(gt=0, le=180)] = 5.0
     """Half width of the line of sight in which a robot counts as ahead (deg)."""
 
+    track: Range = 0.085
+    """Distance between the tracks (m), which turns wheel speeds into a turn rate."""
 
-ControllerConfig = Annotated[KobotConfig | GauciConfig, Field(discriminator="law")]
+
+class CohesionConfig(Settings):
+    """Aggregation by going towards the neighbours in sight."""
+
+    law: Literal["cohesion"] = "cohesion"
+
+    speed: Speed = 0.12
+    """Top speed (m/s)."""
+
+    turn_gain: Gain = 2.0
+    """Proportional gain of the turn rate on the angle to the wanted direction (1/s)."""
+
+    desired_range: Range = 0.17
+    """Range at which neighbours neither pull nor push (m)."""
+
+    softness: Range = 0.06
+    """Deviation (m) from the desired range at which the force nears its full size."""
+
+    rest: Annotated[float, Field(gt=0, le=1)] = 0.4
+    """Force, of at most 1, below which a robot slows down."""
+
+    alone: Alone = "scan"
+    """With nobody in sight."""
+
+
+ControllerConfig = Annotated[CohesionConfig | GauciConfig | KobotConfig, Field(discriminator="law")]

@@ -139,7 +139,7 @@ def _pair_columns(
         row = 0
         while row < height:
             kind = classes[row, column]
-            if kind != top and kind != bottom:
+            if kind not in (top, bottom):
                 row += 1
                 continue
             start = row

@@ -183,7 +183,7 @@ def _ring_brightness(patch: _Patch, candidate: Candidate) -> float:
 def _inner_edges(
     patch: _Patch, candidate: Candidate, marker: Marker
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return columns (px), rows of the top band's lower edge and of the bottom band's upper edge, ``(n,)``."""
+    """Return columns, rows of the top band's lower and of the bottom band's upper edge (px), ``(n,)``."""
     first = max(int(np.ceil(candidate.left)), patch.column)
     last = min(int(candidate.right), patch.column + patch.light.shape[1])
     inner = np.arange(first, last)
@@ -221,7 +221,7 @@ def _row_edges(
     rows = guess
     good = np.ones(len(columns), dtype=bool)
     for _ in range(2):
-        window = max(int(round(reach)), 2)
+        window = max(round(reach), 2)
         start = np.rint(rows).astype(int) - window  # (n,)
         index = start[:, None] + np.arange(2 * window)  # (n, 2 window)
         good = (index[:, 0] >= 0) & (index[:, -1] < signal.shape[0])
@@ -292,11 +292,11 @@ def _column_edge(
     profile = signal[first:last].mean(axis=0)
     if side < 0:
         profile = profile[::-1]
-    guess = guess - patch.column if side < 0 else guess - patch.column
+    guess -= patch.column
     if side < 0:
         guess = len(profile) - guess
     reach = int(np.clip(0.16 * width, 3 + scale, 14))
-    start, end = int(round(guess)) - reach, int(round(guess)) + reach
+    start, end = round(guess) - reach, round(guess) + reach
     inside = profile[max(start - reach // 2, 0) : max(start + reach // 2, 1)].mean()
     outside_piece = profile[min(end - reach // 2, len(profile) - 1) :][: max(reach // 2, 1)]
     outside = float(outside_piece.mean()) if len(outside_piece) else 0.0

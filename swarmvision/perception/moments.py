@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.colour import decode
 from swarmvision.data import Estimates
 from swarmvision.errors import PictureError
 from swarmvision.geometry import FloatArray, wrap
