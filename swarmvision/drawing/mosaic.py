@@ -1,0 +1,75 @@
+"""Every robot's camera pictures on one sheet: a row a robot, its lenses from left to right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.camera import Rig
+from swarmvision.data import Picture
+from swarmvision.drawing.overlay import annotate
+from swarmvision.drawing.palette import robot_colour
+from swarmvision.geometry import wrap
+from swarmvision.marker import Marker
+
+Image = NDArray[np.uint8]
+PAPER = (252, 252, 250)
+TAG = 30  # px: the coloured name at the left of a row
+GAP = 2  # px
+
+
+def mosaic(
+    pictures: Sequence[Picture], robots: int, rig: Rig, marker: Marker, width_px: int, height_px: int
+) -> Image:
+    """Return the sheet, shape ``(height_px, width_px, 3)``.
+
+    Pictures are scaled to fit a row and cropped to the rows round the horizon, where markers are.
+    """
+    sheet = np.full((height_px, width_px, 3), PAPER, dtype=np.uint8)
+    if robots == 0:
+        return sheet
+    order = np.argsort(-wrap(np.array(rig.yaws)), kind="stable")  # left first
+    lenses = len(order)
+    columns = _columns(robots, lenses, rig, width_px, height_px)
+    rows = -(-robots // columns)
+    cell_height, cell_width = height_px // rows, width_px // columns
+    for picture in pictures:
+        row, column = divmod(picture.robot, columns)
+        place = int(np.flatnonzero(order == picture.lens)[0])
+        tile_width = (cell_width - TAG) // lenses - GAP
+        tile = _tile(picture, rig, marker, tile_width, cell_height - GAP)
+        y, x = row * cell_height, column * cell_width + TAG + place * (tile_width + GAP)
+        sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
+    for robot in range(robots):
+        row, column = divmod(robot, columns)
+        y, x = row * cell_height, column * cell_width
+        sheet[y : y + cell_height - GAP, x : x + TAG - GAP] = robot_colour(robot)
+        cv2.putText(
+            sheet, str(robot), (x + 5, y + cell_height // 2), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2,
+            cv2.LINE_AA,
+        )  # fmt: skip
+    return sheet
+
+
+def _columns(robots: int, lenses: int, rig: Rig, width_px: int, height_px: int) -> int:
+    """Return the number of columns of robots that makes the pictures largest."""
+    aspect = rig.lens.width_px / (0.62 * rig.lens.height_px)
+
+    def tile_width(columns: int) -> float:
+        rows = -(-robots // columns)
+        return min((width_px / columns - TAG) / lenses, height_px / rows * aspect)
+
+    return max(range(1, robots + 1), key=tile_width)
+
+
+def _tile(picture: Picture, rig: Rig, marker: Marker, width_px: int, height_px: int) -> Image:
+    full_height, full_width = picture.image.shape[:2]
+    scale = max(width_px, 8) / full_width
+    rows = int(np.clip(round(height_px / scale), 1, full_height))
+    top = int(np.clip(rig.lens.centre_px[1] - rows / 2.0, 0, full_height - rows))
+    size = (max(width_px, 8), max(round(rows * scale), 1))
+    tile = cv2.resize(picture.image[top : top + rows], size, interpolation=cv2.INTER_AREA)
+    return annotate(tile, picture.estimates, rig.lens, marker, scale, top)
