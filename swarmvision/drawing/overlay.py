@@ -43,10 +43,10 @@ def annotate(
         top, bottom = (lens.row_from_rise(heights / depth) - row_shift) * scale
         corners = [int(v) for v in np.clip(np.rint([left, top, right, bottom]), -4096, 4096)]
         cv2.rectangle(out, (corners[0], corners[1]), (corners[2], corners[3]), FRAME, 1, cv2.LINE_AA)
-        name = f"#{int(estimates.track[i])} " if estimates.track[i] >= 0 else ""
-        lines = (f"{name}{100 * distance:.1f} cm", f"{np.degrees(bearing):+.1f} deg")
-        for n, text in enumerate(lines):
-            _label(out, text, (corners[0], corners[3] + 12 + 12 * n))
+        name = f"#{int(estimates.track[i])}" if estimates.track[i] >= 0 else chr(ord("a") + i % 26)
+        text = f"{name} {100 * distance:.0f} cm {np.degrees(bearing):+.0f} deg"
+        # Every second label one line lower, so that neighbours side by side stay legible.
+        _label(out, text, (corners[0], corners[3] + 11 + 12 * (i % 2)))
         if np.isfinite(heading):
             _arrow(out, heading, ((corners[0] + corners[2]) // 2, max(corners[1] - 14, 12)))
     return out
@@ -56,8 +56,8 @@ def _label(image: Image, text: str, place: tuple[int, int]) -> None:
     height, width = image.shape[:2]
     x = int(np.clip(place[0], 1, max(width - 7 * len(text), 1)))
     y = int(np.clip(place[1], 10, height - 3))
-    cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.36, SHADOW, 3, cv2.LINE_AA)
-    cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.36, (20, 20, 20), 1, cv2.LINE_AA)
+    cv2.rectangle(image, (x - 1, y - 9), (x + round(5.6 * len(text)), y + 3), SHADOW, -1)
+    cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.32, (20, 20, 20), 1, cv2.LINE_AA)
 
 
 def _arrow(image: Image, heading: float, place: tuple[int, int]) -> None:

@@ -65,8 +65,7 @@ class TopView:
     def _px(self, place: FloatArray) -> FloatArray:
         assert self._centre is not None
         scale = min(self._size) / self._span
-        px = (place - self._centre) * [scale, -scale] + np.array(self._size) / 2.0
-        return px
+        return (place - self._centre) * [scale, -scale] + np.array(self._size) / 2.0
 
     def _fixed(self, place: FloatArray) -> NDArray[np.int32]:
         return np.clip(np.rint(self._px(place) * (1 << SHIFT)), -(1 << 24), 1 << 24).astype(np.int32)

@@ -170,7 +170,7 @@ def _box_shape(length: float, width: float, low: float, high: float, light: Floa
 
 
 def _cylinder_shape(radius: float, bands: list[tuple[FloatArray, FloatArray, FloatArray]]) -> FloatArray:
-    """Return a tube of bands; each is low and high edge at the facets' two sides ``(FACETS, 2)``, and light."""
+    """Return a tube of bands: low and high edge at the facets' two sides ``(FACETS, 2)``, and light."""
     angle = np.linspace(0.0, 2.0 * np.pi, FACETS + 1)
     x, y = radius * np.cos(angle), radius * np.sin(angle)
     middle = (angle[:-1] + angle[1:]) / 2.0

@@ -1,0 +1,62 @@
+"""Aggregation: bring everybody together.
+
+Reward after M. Huttenrauch, A. Sosic, G. Neumann, "Deep Reinforcement Learning for Swarm Systems",
+Journal of Machine Learning Research 20, 2019: the mean of all distances, cut off, shared by all.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from pettingzoo.utils.conversions import parallel_to_aec
+
+from swarmvision.config.scenario import packaged_scenario
+from swarmvision.data import Scene
+from swarmvision.envs.swarm import SwarmEnv
+from swarmvision.geometry import FloatArray
+
+CUT_OFF = 1.2  # m: distances beyond count as this
+EFFORT_WEIGHT = 0.001
+
+
+class AggregationEnv(SwarmEnv):
+    """Reward: less the mean distance of all pairs, less effort."""
+
+    metadata: ClassVar[dict[str, Any]] = {**SwarmEnv.metadata, "name": "aggregation_v0"}
+
+    def reward(
+        self, scene: Scene, change: FloatArray, contacts: int
+    ) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Return each robot's reward and its parts, from the truth."""
+        r = scene.robots
+        offset = scene.pose[None, :, :2] - scene.pose[:, None, :2]
+        distance = np.minimum(np.hypot(offset[..., 0], offset[..., 1]), CUT_OFF) / CUT_OFF
+        spread = float(distance.sum() / max(r * (r - 1), 1))
+        effort = np.square(change).sum(axis=1)
+        parts = {"spread": np.full(r, spread), "effort": effort}
+        return -parts["spread"] - EFFORT_WEIGHT * effort, parts
+
+
+def parallel_env(
+    *,
+    robots: int = 8,
+    sensor: str = "truth",
+    max_cycles: int = 600,
+    render_mode: str | None = None,
+    overrides: tuple[str, ...] = (),
+) -> AggregationEnv:
+    """Return the environment; ``sensor`` is ``truth`` or ``camera``, ``overrides`` as for ``run --set``."""
+    changes = [f"robots={robots}"]
+    if sensor != "camera":
+        changes.append(f'sensor={{kind="{sensor}"}}')
+    scenario = packaged_scenario("aggregation", [*changes, *overrides])
+    return AggregationEnv(scenario, max_cycles=max_cycles, render_mode=render_mode)
+
+
+def env(**settings: Any) -> Any:
+    """Return the environment in PettingZoo's turn-by-turn form."""
+    return parallel_to_aec(parallel_env(**settings))
+
+
+raw_env = env
