@@ -35,4 +35,4 @@ def gather(estimates: Estimates, config: CohesionConfig) -> Commands:
     eager = np.minimum(np.abs(wanted) / config.rest, 1.0)
     commands = turn_and_go(wanted.real, wanted.imag, config.speed, config.turn_gain)
     commands = Commands(commands.speed * eager, commands.turn_rate * eager)
-    return with_alone(commands, estimates.seen.any(axis=-1), config.alone, config.speed)
+    return with_alone(commands, np.any(estimates.seen, axis=-1), config.alone, config.speed)

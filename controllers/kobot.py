@@ -41,7 +41,7 @@ def flock(estimates: Estimates, config: KobotConfig) -> Commands:
     proximal = np.sum(force * np.exp(1j * bearing), axis=-1) / number
     wanted = aligned + config.proximal_gain * proximal
     commands = turn_and_go(wanted.real, wanted.imag, config.speed, config.turn_gain)
-    return with_alone(commands, counted.any(axis=-1), config.alone, config.speed)
+    return with_alone(commands, np.any(counted, axis=-1), config.alone, config.speed)
 
 
 def proximal_force(distance: FloatArray, config: KobotConfig) -> FloatArray:

@@ -30,7 +30,7 @@ def turn_and_go(forward: FloatArray, left: FloatArray, speed: float, turn_gain: 
     return Commands(speed * np.maximum(np.cos(angle), 0.0), turn_gain * angle)
 
 
-def with_alone(commands: Commands, seen_any: BoolArray, policy: Alone, speed: float) -> Commands:
+def with_alone(commands: Commands, seen_any: BoolArray | np.bool_, policy: Alone, speed: float) -> Commands:
     """Return the commands with the declared policy where a robot sees nobody, shape ``(...)``."""
     lone_speed = speed if policy == "keep" else 0.0
     lone_turn = SCAN_RATE if policy == "scan" else 0.0

@@ -158,7 +158,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         yaw = scene.pose[:, 2:]
         velocity = scene.velocity / [1.0, 1.0, 10.0]
         columns = [scene.pose[:, :2] / half, np.cos(yaw), np.sin(yaw), velocity]
-        return np.clip(np.hstack(columns), -1.0, 1.0).astype(np.float32).ravel()
+        flat: Observation = np.clip(np.hstack(columns), -1.0, 1.0).astype(np.float32).ravel()
+        return flat
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the top view, ``(h, w, 3)`` uint8, in the mode ``rgb_array``."""
@@ -202,4 +203,5 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         speed, turn_rate = self._drive.twist(self._running().scene.wheel_speed)
         own = np.column_stack([speed / TOP_SPEED, turn_rate / TOP_TURN, self._last, np.ones(r)])
         rows = np.hstack([slots.reshape(r, -1), own])
-        return np.clip(rows, -1.0, 1.0).astype(np.float32)
+        bounded: Observation = np.clip(rows, -1.0, 1.0).astype(np.float32)
+        return bounded

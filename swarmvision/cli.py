@@ -208,7 +208,7 @@ def _print_summary(summary: dict[str, Any]) -> None:
     ):
         value = summary[key]
         typer.echo(f"{key:16s} {value:.4g}" if isinstance(value, float) else f"{key:16s} {value}")
-    if not summary["perception"]:
+    if not summary["perception"] or not summary["perception"][-1]["neighbours"]:
         return
     typer.echo("\nperceived against true: absolute errors, median / 95th percentile")
     typer.echo("range (m)      neighbours   found      range %      bearing deg       heading deg")
@@ -263,12 +263,11 @@ def _as_text(path: Path, estimates: Estimates) -> str:
 
     lines = [f"{path}: {len(estimates.seen)} neighbours"]
     for row in _rows(estimates):
-        heading = "heading not told"
+        heading = "not told"
         if row["heading"] is not None:
-            heading = f"heading {math.degrees(row['heading']):+7.1f} deg"
-        lines.append(
-            f"  range {row['range']:.3f} m  bearing {math.degrees(row['bearing']):+6.2f} deg  {heading}"
-        )
+            heading = f"{math.degrees(row['heading']):+7.1f} deg"
+        bearing = math.degrees(row["bearing"] or 0.0)
+        lines.append(f"  range {row['range']:.3f} m  bearing {bearing:+6.2f} deg  heading {heading}")
     return "\n".join(lines)
 
 

@@ -39,7 +39,7 @@ def announced_compilation(announce: Callable[[], None]) -> Iterator[None]:
         return
     from numba.core import event
 
-    class Listener(event.Listener):
+    class Listener(event.Listener):  # type: ignore[misc]  # numba is untyped
         said = False
 
         def on_start(self, event: Any) -> None:

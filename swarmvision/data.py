@@ -27,7 +27,7 @@ Frame = Literal["lens", "robot"]
 def _adopt(owner: Any, shapes: dict[str, tuple[tuple[int, ...], type]]) -> None:
     """Replace each named field by our own read-only copy of the given shape and type."""
     for name, (shape, dtype) in shapes.items():
-        array = np.array(getattr(owner, name), dtype=dtype)
+        array: NDArray[Any] = np.array(getattr(owner, name), dtype=dtype)
         if array.shape != shape:
             raise DataError(f"{type(owner).__name__}.{name} must have shape {shape}, got {array.shape}")
         array.setflags(write=False)
@@ -142,7 +142,7 @@ class Estimates:
     @property
     def count(self) -> IntArray:
         """How many neighbours each observer sees, shape ``(...)``."""
-        return np.count_nonzero(self.seen, axis=-1).astype(np.int64)
+        return np.asarray(np.count_nonzero(self.seen, axis=-1), dtype=np.int64)
 
     @classmethod
     def empty(cls, shape: tuple[int, ...] = (0,), frame: Frame = "robot") -> Self:

@@ -6,6 +6,7 @@ is too fast keeps its curvature.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,7 @@ class Drive:
         """Return the wheel speeds ``(..., 2)`` scaled, both alike, to the limit."""
         wheels = np.asarray(wheel_speed, dtype=np.float64)
         fastest = np.max(np.abs(wheels), axis=-1, keepdims=True)
-        scale = self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed)
+        scale: FloatArray = self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed)
         return wheels * scale
 
     def lag(self, wheel_speed: ArrayLike, wanted: ArrayLike, dt: float) -> FloatArray:
@@ -57,7 +58,9 @@ class Drive:
         wanted = np.asarray(wanted, dtype=np.float64)
         if self.time_constant == 0.0:
             return wanted.copy()
-        return wanted + (wheels - wanted) * np.exp(-dt / self.time_constant)
+        left_over = math.exp(-dt / self.time_constant)
+        after: FloatArray = wanted + (wheels - wanted) * left_over
+        return after
 
     @classmethod
     def from_config(cls, config: RobotConfig) -> Drive:

@@ -135,7 +135,7 @@ def perception_table(errors: Sequence[PerceptionErrors]) -> list[dict[str, Any]]
     rows = []
     for low, high in [*pairwise(BINS), (0.0, np.inf)]:
         inside = (true_range >= low) & (true_range < high)
-        if not inside.any():
+        if not inside.any() and (low, high) != (0.0, np.inf):
             continue
         row: dict[str, Any] = {
             "from_m": low,

@@ -36,6 +36,9 @@ def load_picture(path: Path) -> NDArray[np.uint8]:
         raise PictureError(
             f"{path}: a picture has at most {MOST_PIXELS // 1_000_000} Mpx, got {size[0]} x {size[1]} px"
         )
+    cv2.utils.logging.setLogLevel(
+        cv2.utils.logging.LOG_LEVEL_SILENT
+    )  # what OpenCV would say about a broken file is said below, in one line
     try:
         decoded = cv2.imdecode(np.frombuffer(content, dtype=np.uint8), cv2.IMREAD_COLOR)
     except cv2.error:

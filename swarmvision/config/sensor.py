@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
@@ -94,7 +95,7 @@ class CameraSensorConfig(Settings):
 SensorConfig = Annotated[CameraSensorConfig | TruthSensorConfig, Field(discriminator="kind")]
 
 
-def _preset(kind: str, value: object, presets: dict[str, Settings]) -> object:
+def _preset(kind: str, value: object, presets: Mapping[str, Settings]) -> object:
     if not isinstance(value, str):
         return value
     if value not in presets:

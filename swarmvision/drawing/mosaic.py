@@ -47,8 +47,8 @@ def mosaic(
         row, column = divmod(robot, columns)
         y, x = row * cell_height, column * cell_width
         sheet[y : y + cell_height - GAP, x : x + TAG - GAP] = robot_colour(robot)
-        place = (x + 5, y + cell_height // 2)
-        cv2.putText(sheet, str(robot), place, cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA)
+        corner = (x + 5, y + cell_height // 2)
+        cv2.putText(sheet, str(robot), corner, cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA)
     return sheet
 
 

@@ -46,7 +46,7 @@ def annotate(
         name = f"#{int(estimates.track[i])}" if estimates.track[i] >= 0 else chr(ord("a") + i % 26)
         text = f"{name} {100 * distance:.0f} cm {np.degrees(bearing):+.0f} deg"
         # Every second label one line lower, so that neighbours side by side stay legible.
-        _label(out, text, (corners[0], corners[3] + 11 + 12 * (i % 2)))
+        _label(out, text, (corners[0], corners[3] + 11 + 12 * int(i % 2)))
         if np.isfinite(heading):
             _arrow(out, heading, ((corners[0] + corners[2]) // 2, max(corners[1] - 14, 12)))
     return out

@@ -64,7 +64,11 @@ def _opencv(path: Path, width_px: int, height_px: int, rate_hz: float) -> Genera
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), rate_hz, (width_px, height_px))
     if not writer.isOpened():
         raise OutputError(f"{path}: the video could not be written")
+
+    def write(frame: NDArray[np.uint8]) -> None:
+        writer.write(cv2.cvtColor(frame, cv2.COLOR_RGB2BGR))
+
     try:
-        yield lambda frame: writer.write(cv2.cvtColor(frame, cv2.COLOR_RGB2BGR))
+        yield write
     finally:
         writer.release()

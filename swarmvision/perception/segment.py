@@ -54,7 +54,8 @@ class Hues:
 def chroma_of(colour: tuple[int, int, int]) -> FloatArray:
     """Return the share of each channel in a colour's linear light, less a third: 0 for grey, ``(3,)``."""
     light = decode(colour)
-    return light / light.sum() - 1.0 / 3.0
+    share: FloatArray = light / light.sum() - 1.0 / 3.0
+    return share
 
 
 def linear(image: NDArray[np.uint8]) -> Light:

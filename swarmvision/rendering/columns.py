@@ -30,13 +30,14 @@ CODES = 16384  # steps of the table from light to sRGB: 0.2 grey levels where it
 def shade(light: FloatArray, x: float, y: float, z: float) -> float:
     """Return Lambert's factor for a unit normal; ``light`` is ambient, diffuse and the lamp's direction."""
     towards = light[2] * x + light[3] * y + light[4] * z
-    return light[0] + light[1] * max(towards, 0.0)
+    factor: float = light[0] + light[1] * max(towards, 0.0)
+    return factor
 
 
 @compiled
 def row_of(view: FloatArray, height: float, depth: float) -> float:
     """Return the row (px) of a height (m) at a depth (m); ``view`` as in :func:`cylinder_spans`."""
-    row = view[2] - view[0] * (height - view[3]) / max(depth, NEAREST)
+    row: float = view[2] - view[0] * (height - view[3]) / max(depth, NEAREST)
     return min(max(row, -FAR_ROW), FAR_ROW)
 
 

@@ -154,6 +154,7 @@ def _camera_pose(lens_pose: FloatArray, height: float) -> FloatArray:
 
 
 def _quad(a: Any, b: Any, c: Any, d: Any, normal: Any, light: FloatArray) -> list[list[Any]]:
+    """Return two triangles of a flat quadrilateral."""
     return [[a, b, c, normal, light], [a, c, d, normal, light]]
 
 
@@ -165,7 +166,8 @@ def _box_shape(length: float, width: float, low: float, high: float, light: Floa
     for i, normal in enumerate(normals):
         (ax, ay), (bx, by) = ring[i], ring[(i + 1) % 4]
         faces += _quad((ax, ay, low), (bx, by, low), (bx, by, high), (ax, ay, high), normal, light)
-    faces += _quad(*[(px, py, high) for px, py in ring], UP, light)
+    a, b, c, d = ((px, py, high) for px, py in ring)
+    faces += _quad(a, b, c, d, UP, light)
     return np.array(faces, dtype=np.float64)
 
 
@@ -233,7 +235,8 @@ def _court_shape(arena: ArenaConfig, look: Appearance) -> FloatArray:
     floor, wall = decode(rgb(look.floor_colour)), decode(rgb(look.wall_colour))
     ring = [(x, y), (-x, y), (-x, -y), (x, -y)]
     inward = [(0, -1, 0), (1, 0, 0), (0, 1, 0), (-1, 0, 0)]
-    faces = _quad(*[(px, py, 0.0) for px, py in ring], UP, floor)
+    a, b, c, d = ((px, py, 0.0) for px, py in ring)
+    faces = _quad(a, b, c, d, UP, floor)
     for i, normal in enumerate(inward):
         (ax, ay), (bx, by) = ring[i], ring[(i + 1) % 4]
         faces += _quad((ax, ay, 0), (bx, by, 0), (bx, by, h), (ax, ay, h), normal, wall)

@@ -339,9 +339,10 @@ def _order(
 def _depth(view: FloatArray, solid: FloatArray, kind: int, column: float) -> float:
     """Return the depth (m) at which a column (px) meets a solid; disjoint convex solids order by it."""
     slope = (view[1] - column) / view[0]
-    a, b = 1.0 + slope * slope, solid[0] + slope * solid[1]
+    a: float = 1.0 + slope * slope
+    b: float = solid[0] + slope * solid[1]
     if kind == CYLINDER:
-        under = b * b - a * (solid[0] * solid[0] + solid[1] * solid[1] - solid[3] * solid[3])
+        under: float = b * b - a * (solid[0] * solid[0] + solid[1] * solid[1] - solid[3] * solid[3])
         return (b - math.sqrt(max(under, 0.0))) / a
     near, far, _, _ = box_hit(view, solid, column)
     return near if near < far else b / a

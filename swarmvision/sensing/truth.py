@@ -11,7 +11,7 @@ import numpy as np
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import TruthSensorConfig
-from swarmvision.data import Estimates, Picture, Scene
+from swarmvision.data import BoolArray, Estimates, Picture, Scene
 from swarmvision.geometry import FloatArray, cartesian, compose, inverse, polar, rotate, wrap
 
 RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
@@ -73,19 +73,21 @@ class TruthSensor:
         for index, thing in self._blockers:
             blocker = compose(inverse(scene.pose), scene.object_pose[index])  # (r, 3)
             hidden |= _blocked(rays, distance, blocker, thing)
-        return 1.0 - hidden.mean(axis=-1)
+        visible: FloatArray = 1.0 - hidden.mean(axis=-1)
+        return visible
 
 
 def _blocked(
     rays: FloatArray, distance: FloatArray, blocker: FloatArray, thing: BoxConfig | DiscConfig
-) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+) -> BoolArray:
     """Return which rays ``(r, k, rays)`` meet an object, at its pose ``(r, 3)``, before the marker."""
     towards = cartesian(np.ones_like(rays), rays)
     if isinstance(thing, DiscConfig):
         along = np.einsum("rknc,rc->rkn", towards, blocker[:, :2])
         square = np.sum(blocker[:, :2] ** 2, axis=-1)[:, None, None]
         miss = square - along**2
-        return (along > 0) & (miss < thing.radius**2) & (along < distance[..., None])
+        disc: BoolArray = (along > 0) & (miss < thing.radius**2) & (along < distance[..., None])
+        return disc
     # In the box's own frame: the slab test.
     yaw = blocker[:, 2]
     start = rotate(-blocker[:, :2], -yaw)[:, None, None]
@@ -95,4 +97,5 @@ def _blocked(
     one, two = (-half - start) / step, (half - start) / step
     enter = np.max(np.minimum(one, two), axis=-1)
     leave = np.min(np.maximum(one, two), axis=-1)
-    return (enter < leave) & (leave > 0) & (enter < distance[..., None])
+    box: BoolArray = (enter < leave) & (leave > 0) & (enter < distance[..., None])
+    return box
