@@ -15,10 +15,15 @@ _HOMES = {
     "Estimates": "swarmvision.data",
     "Lens": "swarmvision.camera",
     "Marker": "swarmvision.marker",
+    "Raycaster": "swarmvision.rendering.raycast",
+    "Reader": "swarmvision.perception",
     "Rig": "swarmvision.camera",
-    "Scene": "swarmvision.data",
     "ScenarioConfig": "swarmvision.config.scenario",
+    "Scene": "swarmvision.data",
+    "Simulation": "swarmvision.simulation",
     "SwarmVisionError": "swarmvision.errors",
+    "Tracker": "swarmvision.perception.track",
+    "World": "swarmvision.world",
 }
 
 __all__ = [*_HOMES, "__version__"]  # noqa: PLE0604 - strings, as the test of the public names checks

@@ -12,6 +12,7 @@ Where we differ from a real skid-steered robot: the slip of a turn is one consta
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pymunk
@@ -51,12 +52,18 @@ class World:
         self._space = pymunk.Space()
         self._space.iterations = SOLVER_ITERATIONS
         self._space.collision_slop = OVERLAP
-        self._space.collision_persistence = 0  # no memory of old contacts: a scene is the whole state
-        self._add_walls(arena)
+        # The least that works: at 0 pymunk solves no contact at all. What one step remembers of a contact
+        # is not in the scene, so a world rebuilt in mid-contact goes on alike but not to the last bit.
+        self._space.collision_persistence = 1
+        self._number: dict[pymunk.Shape, int] = {}  # robots first, then walls and objects
+        self._twist = np.zeros((scene.robots, 2))
+        self._touching: set[tuple[int, int]] = set()
+        self._touched_now: set[tuple[int, int]] = set()
         self._robots = [self._add_robot(i, scene) for i in range(scene.robots)]
+        self._add_walls(arena)
         self._objects = [self._add_object(thing, arena, i, scene) for i, thing in enumerate(arena.objects)]
-        self._space.on_collision(ROBOT, ROBOT, begin=self._count_robots)
-        self._space.on_collision(ROBOT, OBSTACLE, begin=self._count_obstacle)
+        self._space.on_collision(ROBOT, ROBOT, pre_solve=self._touch)
+        self._space.on_collision(ROBOT, OBSTACLE, pre_solve=self._touch)
 
     @property
     def contacts(self) -> int:
@@ -82,8 +89,9 @@ class World:
         for _ in range(substeps):
             before, wheels = wheels, self._drive.lag(wheels, wanted, h)
             travel = travel + (before + wheels) * (h / 2.0)
-            self._pull(wheels, h)
+            self._twist = np.stack(self._drive.twist(wheels), axis=-1)
             self._space.step(h)
+        self._count_contacts()
         self.scene = Scene(
             time=self.scene.time + dt,
             pose=_poses(self._robots),
@@ -95,21 +103,6 @@ class World:
         )
         self._refuse_blown_up()
         return self.scene
-
-    def _pull(self, wheels: FloatArray, h: float) -> None:
-        """Give each robot the traction and each object the floor friction of one substep (s)."""
-        speeds, turn_rates = self._drive.twist(wheels)
-        grip = self._robot.traction * GRAVITY * h  # m/s that friction can change in one substep
-        grip_turn = grip * self._robot.mass * _lever(self._robot.length, self._robot.width)
-        for body, speed, turn_rate in zip(self._robots, speeds, turn_rates, strict=True):
-            cos, sin = math.cos(body.angle), math.sin(body.angle)
-            change_x = speed * cos - body.velocity.x
-            change_y = speed * sin - body.velocity.y
-            share = min(1.0, grip / max(math.hypot(change_x, change_y), 1e-12))
-            body.velocity = (body.velocity.x + share * change_x, body.velocity.y + share * change_y)
-            limit = grip_turn / body.moment
-            change = turn_rate - body.angular_velocity
-            body.angular_velocity += max(-limit, min(limit, change))
 
     def _add_walls(self, arena: ArenaConfig) -> None:
         x, y, t = arena.width / 2.0, arena.depth / 2.0, WALL_THICKNESS
@@ -131,8 +124,26 @@ class World:
         shape = pymunk.Poly.create_box(body, (robot.length, robot.width))
         self._finish(shape, robot.friction, ROBOT)
         _place(body, scene.pose[index], scene.velocity[index])
+        body.velocity_func = self._traction(index)
         self._space.add(body, shape)
         return body
+
+    def _traction(self, index: int) -> Callable[[pymunk.Body, tuple[float, float], float, float], None]:
+        """Return what the tracks do to a robot in a substep, within what friction allows."""
+        grip = self._robot.traction * GRAVITY  # m/s^2
+        lever = _lever(self._robot.length, self._robot.width)
+
+        def pull(body: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
+            speed, turn_rate = self._twist[index]
+            velocity = body.velocity
+            change_x = speed * math.cos(body.angle) - velocity.x
+            change_y = speed * math.sin(body.angle) - velocity.y
+            share = min(1.0, grip * dt / max(math.hypot(change_x, change_y), 1e-12))
+            body.velocity = (velocity.x + share * change_x, velocity.y + share * change_y)
+            limit = grip * dt * body.mass * lever / body.moment
+            body.angular_velocity += max(-limit, min(limit, turn_rate - body.angular_velocity))
+
+        return pull
 
     def _add_object(
         self, thing: BoxConfig | DiscConfig, arena: ArenaConfig, index: int, scene: Scene
@@ -166,12 +177,20 @@ class World:
         shape.friction = math.sqrt(friction)
         shape.elasticity = RESTITUTION
         shape.collision_type = collision_type
+        self._number[shape] = len(self._number)
 
-    def _count_robots(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        self.robot_contacts += 1
+    def _touch(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        one, two = arbiter.shapes
+        self._touched_now.add((self._number[one], self._number[two]))
 
-    def _count_obstacle(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        self.obstacle_contacts += 1
+    def _count_contacts(self) -> None:
+        """Count pairs that touch now and did not in the last control period."""
+        for one, two in self._touched_now - self._touching:
+            if max(one, two) < len(self._robots):
+                self.robot_contacts += 1
+            else:
+                self.obstacle_contacts += 1
+        self._touching, self._touched_now = self._touched_now, set()
 
     def _refuse_blown_up(self) -> None:
         _refuse_nonfinite("pose", self.scene.pose)
@@ -221,10 +240,11 @@ def _velocities(bodies: list[pymunk.Body]) -> FloatArray:
 
 
 def _refuse_nonfinite(field: str, values: FloatArray) -> None:
-    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    rows = values[:, None] if values.ndim == 1 else values
+    bad = ~np.isfinite(rows).all(axis=1)
     if bad.any():
         robot = int(np.flatnonzero(bad)[0])
-        value = values.reshape(len(values), -1)[robot]
+        value = rows[robot]
         shown = ", ".join(str(number) for number in value)
         raise PhysicsError(f"{field} of robot {robot} must be finite, got {shown}")
 

@@ -65,7 +65,7 @@ def our_own() -> list[Judged]:
 
 
 def errors(judged: list[Judged]) -> tuple[FloatArray, int, int]:
-    """Errors ``(n, 3)`` of what was found up to 1 m (relative, rad, rad), how many were to be found, phantoms."""
+    """Errors ``(n, 3)`` of what was found up to 1 m (relative, rad, rad), how many there are, phantoms."""
     rows, wanted, phantoms = [], 0, 0
     for estimates, truth in judged:
         free = set(range(len(estimates.seen)))

@@ -38,6 +38,7 @@ WHOLE = 0.955  # measured over expected width from which both tangents are taken
 EDGE_FLOOR = 0.03  # px: error of an edge that no averaging removes
 HEADING_FLOOR = 0.006  # rad: the same for heading
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
+LEAST_SEPARATION = 2.0  # px between the inner edges; less tells nothing
 PALE_ENOUGH = 0.55  # share of the middle zone that must look like the marker
 HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
 
@@ -201,7 +202,7 @@ def _inner_edges(
         signal = patch.signal(_towards(above.colour, below.colour))
         found.append(_row_edges(signal, inner - patch.column, coarse[:, edge] - patch.row, half))
     (upper, upper_ok), (lower, lower_ok) = found
-    good = upper_ok & lower_ok
+    good = upper_ok & lower_ok & (lower - upper > LEAST_SEPARATION)
     return inner[good] + 0.5, upper[good] + patch.row, lower[good] + patch.row
 
 
@@ -301,7 +302,7 @@ def _column_edge(
     outside_piece = profile[min(end - reach // 2, len(profile) - 1) :][: max(reach // 2, 1)]
     outside = float(outside_piece.mean()) if len(outside_piece) else 0.0
     start, end = max(start, 0), min(end, len(profile))
-    if inside - outside < 0.3 * inside or end - start < 3:
+    if inside - outside < max(0.3 * inside, 1e-6) or end - start < 3:
         return None
     area = float(((profile[start:end] - outside) / (inside - outside)).sum())
     place = start + area

@@ -11,11 +11,12 @@ from swarmvision.camera import Lens
 from swarmvision.data import Estimates
 from swarmvision.errors import ConfigError, PictureError, unknown_name
 from swarmvision.marker import Marker
-from swarmvision.perception import edges, moments
+from swarmvision.perception.edges import read as read_edges
+from swarmvision.perception.moments import read as read_moments
 
 METHODS: dict[str, Callable[[NDArray[np.uint8], Lens, Marker], Estimates]] = {
-    "edges": edges.read,
-    "moments": moments.read,
+    "edges": read_edges,
+    "moments": read_moments,
 }
 
 
