@@ -1,4 +1,9 @@
-"""The robot: a Pololu Zumo with a marker on a mast."""
+"""The robot: a Pololu Zumo with a marker on a mast.
+
+That it is a Zumo, tracked and under 10 cm on each side, is the paper's word (Majidi Balanji et al.);
+length, width and track follow Pololu's drawing of the chassis. Mass with computer and camera, wheel
+speed, motor lag, slip and frictions are start values of ours: measure your own robot and set them.
+"""
 
 from __future__ import annotations
 
