@@ -76,8 +76,9 @@ def test_a_marker_stands_where_the_pinhole_puts_it(renderer: type[Raycaster] | t
     column = image[:, 320].astype(int)
     red = np.flatnonzero((column[:, 0] > 120) & (column[:, 1] < 100))
     blue = np.flatnonzero((column[:, 2] > 100) & (column[:, 0] < 90))
-    assert red[0] == 190
-    assert blue[-1] == 269
+    # The two border pixels are red and blue by two thirds: a mask may take them or not.
+    assert red[0] in (190, 191)
+    assert blue[-1] in (268, 269)
     # The nose looks away, so azimuth pi faces the lens: the stripe's middle is at 13.6 + 16.4 = 30 mm,
     # level with the lens, and it rises to the right.
     yellow = (image[..., 0].astype(int) > 150) & (image[..., 2] < 110) & (image[..., 1] > 120)
