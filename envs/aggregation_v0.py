@@ -11,9 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from swarmvision.config.scenario import packaged_scenario
 from swarmvision.data import Scene
-from swarmvision.envs.swarm import SwarmEnv
+from swarmvision.envs.swarm import SwarmEnv, task_scenario
 from swarmvision.geometry import FloatArray
 
 CUT_OFF = 1.2  # m: distances beyond count as this
@@ -47,10 +46,7 @@ def parallel_env(
     overrides: tuple[str, ...] = (),
 ) -> AggregationEnv:
     """Return the environment; ``sensor`` is ``truth`` or ``camera``, ``overrides`` as for ``run --set``."""
-    changes = [f"robots={robots}"]
-    if sensor != "camera":
-        changes.append(f'sensor={{kind="{sensor}"}}')
-    scenario = packaged_scenario("aggregation", [*changes, *overrides])
+    scenario = task_scenario("aggregation", robots, sensor, overrides)
     return AggregationEnv(scenario, max_cycles=max_cycles, render_mode=render_mode)
 
 

@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from swarmvision.config.scenario import packaged_scenario
 from swarmvision.data import Scene
-from swarmvision.envs.swarm import TOP_SPEED, SwarmEnv
+from swarmvision.envs.swarm import TOP_SPEED, SwarmEnv, task_scenario
 from swarmvision.geometry import FloatArray
 
 NEAR = 0.6  # m: whose heading counts
@@ -53,10 +52,7 @@ def parallel_env(
     overrides: tuple[str, ...] = (),
 ) -> FlockingEnv:
     """Return the environment; ``sensor`` is ``truth`` or ``camera``, ``overrides`` as for ``run --set``."""
-    changes = [f"robots={robots}"]
-    if sensor != "camera":
-        changes.append(f'sensor={{kind="{sensor}"}}')
-    scenario = packaged_scenario("flocking", [*changes, *overrides])
+    scenario = task_scenario("flocking", robots, sensor, overrides)
     return FlockingEnv(scenario, max_cycles=max_cycles, render_mode=render_mode)
 
 

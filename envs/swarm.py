@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from swarmvision.config.scenario import ScenarioConfig
+from swarmvision.config.scenario import ScenarioConfig, packaged_scenario
 from swarmvision.data import Commands, Estimates, Scene
 from swarmvision.drawing.topview import TopView
 from swarmvision.drive import Drive
@@ -205,3 +205,18 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         rows = np.hstack([slots.reshape(r, -1), own])
         bounded: Observation = np.clip(rows, -1.0, 1.0).astype(np.float32)
         return bounded
+
+
+def task_scenario(name: str, robots: int, sensor: str, overrides: tuple[str, ...]) -> ScenarioConfig:
+    """Return a packaged scenario as the ground of a task.
+
+    Args:
+        name: Of the scenario.
+        robots: How many.
+        sensor: ``camera`` for the scenario's own cameras, ``truth`` for perfect sensing.
+        overrides: As for ``swarmvision run --set``.
+    """
+    changes = [f"robots={robots}"]
+    if sensor != "camera":
+        changes.append(f'sensor={{kind="{sensor}"}}')
+    return packaged_scenario(name, [*changes, *overrides])

@@ -190,8 +190,7 @@ def _progress(scenario: ScenarioConfig) -> Generator[Callable[[Frame], None]]:
         TimeRemainingColumn(),
     )
     with _announced(), Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        steps = max(round(scenario.seconds * scenario.control_hz), 1)
-        task = bar.add_task(f"{scenario.name}, {scenario.robots} robots", total=steps, now="")
+        task = bar.add_task(f"{scenario.name}, {scenario.robots} robots", total=scenario.steps, now="")
         yield lambda frame: bar.update(task, completed=frame.step + 1, now=f"{frame.time:.1f} s")
 
 

@@ -132,11 +132,6 @@ class Simulation:
         self.act(commands)
         return frame
 
-    @property
-    def steps(self) -> int:
-        """How many control steps the scenario lasts."""
-        return max(round(self.scenario.seconds * self.scenario.control_hz), 1)
-
 
 def run(
     scenario: ScenarioConfig,
@@ -152,7 +147,7 @@ def run(
     errors: list[PerceptionErrors] = []
     digest = hashlib.sha256()
     reach = scenario.sensor.reach
-    for _ in range(simulation.steps):
+    for _ in range(scenario.steps):
         frame = simulation.step()
         scenes.append(frame.scene)
         errors.append(perception_errors(frame.scene.pose, frame.estimates, reach))

@@ -70,6 +70,11 @@ class ScenarioConfig(Settings):
     controller: ControllerConfig = KobotConfig()
     """What they do."""
 
+    @property
+    def steps(self) -> int:
+        """How many control steps the scenario lasts."""
+        return max(round(self.seconds * self.control_hz), 1)
+
     @field_validator("arena", mode="before")
     @classmethod
     def _arena_preset(cls, value: object) -> object:
