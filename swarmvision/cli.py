@@ -111,7 +111,7 @@ def detect(
     images: Annotated[list[Path], typer.Argument(help="PNG or JPEG pictures.")],
     camera: Annotated[str, typer.Option(help="Camera file or preset.")] = "pi-v1",
     marker: Annotated[str, typer.Option(help="Marker file or preset.")] = "helix-40x60",
-    method: Annotated[str, typer.Option(help="edges, or moments (the paper's).")] = "edges",
+    method: Annotated[str, typer.Option(help="fit, edges (fast), or moments (the paper's).")] = "fit",
     as_json: Json = False,
 ) -> None:
     """Read the neighbours out of pictures: range, bearing and heading of each."""

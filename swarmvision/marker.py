@@ -13,6 +13,7 @@ drawing; the measures follow from its constants (eq. 5: rings 5.03 cm apart; eq.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarmvision.colour import rgb
+from swarmvision.compiled import compiled
 from swarmvision.errors import ConfigError, unknown_name
 from swarmvision.geometry import FloatArray
 
@@ -60,6 +62,21 @@ SHAPES: dict[str, tuple[tuple[float, float, float], ...]] = {
 
 SYMMETRIC = frozenset({"chevron", "pyramid", "spindle", "block"})
 """The kinds that look alike to the left and to the right of the nose."""
+
+
+@compiled
+def pattern_edges(knots: FloatArray, azimuth: float) -> tuple[float, float, float, float]:
+    """Return low and high edge (m) of a pattern at an azimuth (rad), and their slopes (m/rad)."""
+    turn = 2.0 * math.pi
+    phi = azimuth - turn * math.floor(azimuth / turn)
+    i = len(knots) - 2
+    while i > 0 and knots[i, 0] > phi:
+        i -= 1
+    width = max(knots[i + 1, 0] - knots[i, 0], 1e-12)
+    low = (knots[i + 1, 1] - knots[i, 1]) / width
+    high = (knots[i + 1, 2] - knots[i, 2]) / width
+    ahead = phi - knots[i, 0]
+    return knots[i, 1] + low * ahead, knots[i, 2] + high * ahead, low, high
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from swarmvision.camera import Lens
+from swarmvision.colour import decode
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.camera import LENSES
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
 from swarmvision.marker import Marker
-from swarmvision.perception.segment import Hues, classify, linear
+from swarmvision.perception.segment import Hues, classify
 from swarmvision.rendering.mesh import MeshRenderer
 from swarmvision.rendering.raycast import Raycaster
 
@@ -44,7 +45,7 @@ def test_markers_cover_the_same_pixels_and_rings_have_the_same_middles() -> None
     for seed in range(100):
         scene = random_scene(seed)
         pictures = [renderer.render(scene, np.zeros(3), 0) for renderer in (raycaster, mesh)]
-        one, two = (classify(linear(picture), WHITE, HUES) for picture in pictures)
+        one, two = (classify(decode(picture) / WHITE, HUES.chroma) for picture in pictures)
         both += int(np.count_nonzero((one == two) & (one > 0)))
         either += int(np.count_nonzero((one > 0) | (two > 0)))
         differences.append(np.abs(pictures[0].astype(int) - pictures[1]).mean())

@@ -11,7 +11,7 @@ from swarmvision.config.camera import LENSES, RIGS, LensConfig, RigConfig
 from swarmvision.config.model import Settings
 from swarmvision.errors import ConfigError, unknown_name
 
-Method = Literal["edges", "moments"]
+Method = Literal["edges", "fit", "moments"]
 Renderer = Literal["raycast", "mesh"]
 
 

@@ -1,13 +1,16 @@
-"""Classes into marker candidates: the top band over the bottom band, column by column.
+"""A picture into marker candidates: the top band over the bottom band, column by column.
 
 In one column the heights of top band, middle and bottom band stand in the marker's own proportion,
 however much of the marker's width is hidden; columns that agree with their neighbours make a
-candidate. So a marker behind another, or cut by the picture's border, needs no special case.
+candidate. So a marker behind another, or cut by the picture's side, needs no special case. Where the
+picture ends before the other band can be seen, one band must do.
+
+The look is coarse: every second or third pixel of every second row, each by one look into a table.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,158 +18,331 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
-from swarmvision.perception.segment import Hues
+from swarmvision.perception.segment import Balance, Hues
 
-MOST = 4096  # pairs that one picture may hold
-RUNS = 64  # runs of one colour that one column may hold
+COARSE_WIDTH, COARSE_HEIGHT = 320, 230  # px: about so many are looked at
+RUNS = 8192  # runs of colour that one picture may hold
+PAIRS = 4096  # pairs of runs that one picture may hold
+CHAINS = 256  # candidates that one picture may hold
 LEAST_COLUMNS = 2  # of the coarse picture
-ROW_SLACK = 1.6  # px of the coarse picture that an edge may jump between columns, plus a share of the middle
+RUN_GAP = 2  # steps down to the next pixel of a run; 1 would break it at a single lost pixel
+ROW_SLACK = 1.6  # coarse rows that an edge may jump between columns, plus a share of the middle
 ROW_SHARE = 0.06
-HEIGHT_SLACK = 1.6  # px of the coarse picture by which a band may be too thick or thin
+HEIGHT_SLACK = 1.6  # coarse rows by which a band may be too thick or thin
 HEIGHT_SHARE = 0.35  # and by which share of itself
-COLUMN_GAP = 3  # columns that a candidate may lack
+STEP_SLACK = 1.2  # coarse rows by which the height of the middle may change within a marker,
+STEP_SHARE = 0.04  # and by which share of itself; more is one marker beside another
+STEP_COLUMNS = 3  # coarse columns before and after that are compared for it
+COLUMN_GAP = 3  # coarse columns that a candidate may lack
+LEAST_THICK = 4.0  # coarse rows of a band that must do without the other
+BOTH, TOP_ONLY, BOTTOM_ONLY = 0, 1, 2  # which bands a candidate has
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Candidate:
-    """Columns of one marker, in px of the full picture."""
+    """Columns of one marker, in px of the picture."""
 
     left: float
     right: float
+    middle: float
+    """Height of what lies between the two bands, and the row where it begins (px)."""
+    level: float
     columns: FloatArray
     """Centres of the columns, ascending, shape ``(n,)``."""
     rows: FloatArray
     """Top and bottom row of the top band, then of the bottom band, shape ``(n, 4)``."""
-
-    @property
-    def middle(self) -> float:
-        """Height of what lies between the two bands (px)."""
-        return float(np.median(self.rows[:, 2] - self.rows[:, 1]))
+    bands: int
+    """``BOTH``, or the one that is in the picture; the rows of the other are where it should be."""
 
 
-def candidates(classes: NDArray[np.uint8], marker: Marker, hues: Hues, scale: int) -> list[Candidate]:
-    """Return the marker candidates of a coarse picture, widest first.
+@dataclass(frozen=True, slots=True)
+class Proportions:
+    """What the pairing of runs knows of a marker."""
 
-    Args:
-        classes: From :func:`swarmvision.perception.segment.classify`, shape ``(h, w)``.
-        marker: What to look for; its top and bottom band must be coloured.
-        hues: Of that marker.
-        scale: Pixels of the full picture in one of the coarse picture, each way.
-    """
-    top, bottom = hues.number(marker.bands[0].colour), hues.number(marker.bands[-1].colour)
-    if top is None or bottom is None:
-        return []
-    middle = marker.bands[0].bottom - marker.bands[-1].top
-    upper = (marker.height - marker.bands[0].bottom) / middle
-    lower = marker.bands[-1].top / middle
-    pairs = np.empty((MOST, 5))
-    busy = np.flatnonzero((classes == top).any(axis=0) & (classes == bottom).any(axis=0))
-    count = _pair_columns(classes, busy, top, bottom, upper, lower, pairs)
-    groups = _chain(pairs[:count])
-    found = [_candidate(pairs[group], scale) for group in groups if len(group) >= LEAST_COLUMNS]
-    return sorted(_merged(found, marker), key=lambda c: (-c.middle, c.left))
+    top: int
+    """Class of the top band."""
+    bottom: int
+    """Class of the bottom band."""
+    upper: float
+    """Height of the top band over that of the middle."""
+    lower: float
+    """Height of the bottom band over that of the middle."""
+    width: float
+    """Width of the marker over the height of the middle, far away."""
+
+    @classmethod
+    def of(cls, marker: Marker, hues: Hues) -> Proportions | None:
+        """Return a marker's; None if its top or bottom band has no hue."""
+        top, bottom = hues.number(marker.bands[0].colour), hues.number(marker.bands[-1].colour)
+        if top is None or bottom is None:
+            return None
+        middle = marker.bands[0].bottom - marker.bands[-1].top
+        return cls(
+            top,
+            bottom,
+            (marker.height - marker.bands[0].bottom) / middle,
+            marker.bands[-1].top / middle,
+            2.0 * marker.radius / middle,
+        )
 
 
-def _candidate(pairs: FloatArray, scale: int) -> Candidate:
-    columns = (pairs[:, 0] + 0.5) * scale
-    return Candidate(
-        left=float(columns[0] - scale / 2.0),
-        right=float(columns[-1] + scale / 2.0),
-        columns=columns,
-        rows=pairs[:, 1:] * scale,
+def candidates(
+    image: NDArray[np.uint8], balance: Balance, hues: Hues, marker: Proportions
+) -> list[Candidate]:
+    """Return the marker candidates of a picture ``(h, w, 3)``, tallest first."""
+    across = max(1, round(image.shape[1] / COARSE_WIDTH))
+    down = max(1, round(image.shape[0] / COARSE_HEIGHT))
+    columns, rows = image.shape[1] // across, image.shape[0] // down
+    runs = np.empty((RUNS, 4), dtype=np.int32)
+    state = np.zeros((columns, 3), dtype=np.int32)
+    count = coarse_runs(
+        image, balance.address, hues.classes, marker.top, marker.bottom, across, down, runs, state
     )
+    if count == 0:
+        return []
+    pairs, chain = np.empty((PAIRS, 6)), np.empty(PAIRS, dtype=np.int64)
+    found = pair_runs(
+        runs[:count], columns, rows, marker.top, marker.bottom, marker.upper, marker.lower, pairs
+    )
+    chains = chain_pairs(pairs[:found], chain)
+    order = np.argsort(chain[:found], kind="stable")
+    pairs, chain = pairs[order], chain[order]
+    bounds = np.empty((2 * CHAINS + 1, 2), dtype=np.int64)
+    middles = np.empty((2 * CHAINS + 1, 2))
+    pieces = []
+    for i in range(split_chains(pairs, chain, chains, bounds, middles)):
+        piece = pairs[bounds[i, 0] : bounds[i, 1]]
+        middle, level = middles[i] * down
+        pieces.append(
+            Candidate(
+                left=float(piece[0, 0] * across),
+                right=float((piece[-1, 0] + 1.0) * across),
+                middle=float(middle),
+                level=float(level),
+                columns=(piece[:, 0] + 0.5) * across,
+                rows=piece[:, 1:5] * down,
+                bands=int(piece[0, 5]),
+            )
+        )
+    return sorted(_merged(pieces, marker, down), key=lambda c: (-c.middle, c.left))
 
 
-def _merged(found: list[Candidate], marker: Marker) -> list[Candidate]:
+def _merged(found: list[Candidate], marker: Proportions, down: int) -> list[Candidate]:
     """Join candidates that are pieces of one marker: of one height, in line, together no wider than it."""
-    middle = marker.bands[0].bottom - marker.bands[-1].top
+    if len(found) < 2:
+        return found
     merged: list[Candidate] = []
     for piece in sorted(found, key=lambda c: c.left):
         for i, other in enumerate(merged):
             # Near the lens a cylinder looks wider than its far proportion; 1.35 covers 0.1 m.
-            widest = 1.35 * 2.0 * marker.radius / middle * max(piece.middle, other.middle) + 4.0
-            level = abs(np.median(piece.rows[:, 1]) - np.median(other.rows[:, 1]))
-            alike = abs(piece.middle - other.middle) < 4.0 + 0.06 * other.middle
-            if alike and level < 4.0 + 0.08 * other.middle and piece.right - other.left <= widest:
+            widest = 1.35 * marker.width * max(piece.middle, other.middle) + 4.0
+            slack = _alike(other.middle / down) * down
+            level = abs(piece.level - other.level) < 2.0 * slack
+            alike = abs(piece.middle - other.middle) < slack and piece.bands == other.bands
+            if alike and level and piece.right - other.left <= widest:
                 columns = np.concatenate([other.columns, piece.columns])
                 rank = np.argsort(columns, kind="stable")
                 rows = np.concatenate([other.rows, piece.rows])[rank]
-                merged[i] = Candidate(other.left, max(piece.right, other.right), columns[rank], rows)
+                right = max(piece.right, other.right)
+                merged[i] = replace(other, right=right, columns=columns[rank], rows=rows)
                 break
         else:
             merged.append(piece)
     return merged
 
 
-def _chain(pairs: FloatArray) -> list[NDArray[np.int64]]:
-    """Group pairs ``(n, 5)`` of column and four rows, sorted by column, into chains that run smoothly."""
-    chains: list[list[int]] = []
-    for i, pair in enumerate(pairs):
-        best, nearest = -1, np.inf
-        for c, chain in enumerate(chains):
-            last = pairs[chain[-1]]
-            step = pair[0] - last[0]
-            if not 0 < step <= COLUMN_GAP:
-                continue
-            slack = ROW_SLACK * step + ROW_SHARE * (pair[3] - pair[2])
-            jump = max(abs(pair[2] - last[2]), abs(pair[3] - last[3]))
-            if jump <= slack and jump + step < nearest:
-                best, nearest = c, jump + step
-        if best < 0:
-            chains.append([i])
-        else:
-            chains[best].append(i)
-    return [np.array(chain) for chain in chains]
+@compiled
+def _alike(middle: float) -> float:
+    """Return by how many coarse rows the middles of one marker may differ between neighbouring columns."""
+    return STEP_SLACK + STEP_SHARE * middle
 
 
 @compiled
-def _pair_columns(
+def coarse_runs(
+    image: NDArray[np.uint8],
+    address: NDArray[np.int32],
     classes: NDArray[np.uint8],
-    columns: NDArray[np.int64],
+    top: int,
+    bottom: int,
+    across: int,
+    down: int,
+    runs: NDArray[np.int32],
+    state: NDArray[np.int32],
+) -> int:
+    """Write column, class, first and last + 1 row of every run of the two colours; return how many.
+
+    Rows and columns are coarse. The picture is read row by row, as it lies in memory; ``state`` holds
+    class, first and last row of the run that each column is in.
+    """
+    columns, rows = len(state), image.shape[0] // down
+    count = 0
+    for row in range(rows + 1):
+        v = min(row * down + down // 2, image.shape[0] - 1)
+        for column in range(columns):
+            kind = 0
+            if row < rows:
+                u = column * across + across // 2
+                place = address[0, image[v, u, 0]] + address[1, image[v, u, 1]] + address[2, image[v, u, 2]]
+                kind = classes[place]
+            held = state[column, 0]
+            if kind == held:
+                state[column, 2] = row
+                continue
+            if kind not in (top, bottom):
+                kind = 0
+                if held == 0 or (row < rows and row - state[column, 2] < RUN_GAP):
+                    continue
+            if held != 0 and count < RUNS:
+                runs[count, 0], runs[count, 1] = column, held
+                runs[count, 2], runs[count, 3] = state[column, 1], state[column, 2] + 1
+                count += 1
+            state[column, 0], state[column, 1], state[column, 2] = kind, row, row
+    return count
+
+
+@compiled
+def pair_runs(
+    runs: NDArray[np.int32],
+    columns: int,
+    height: int,
     top: int,
     bottom: int,
     upper: float,
     lower: float,
     pairs: FloatArray,
 ) -> int:
-    """Write column, rows of the top band, rows of the bottom band of every fitting pair; return how many."""
-    height = classes.shape[0]
-    runs = np.empty((2, RUNS, 2))
-    counts = np.zeros(2, dtype=np.int64)
+    """Write column, rows of the top band, rows of the bottom band and which bands; return how many."""
+    # Runs of one column, chained in their order from the top down.
+    first, following = np.full(columns, -1), np.full(len(runs), -1)
+    last = np.full(columns, -1)
+    for i in range(len(runs)):
+        column = runs[i, 0]
+        if first[column] < 0:
+            first[column] = i
+        else:
+            following[last[column]] = i
+        last[column] = i
     found = 0
-    for column in columns:
-        counts[:] = 0
-        row = 0
-        while row < height:
-            kind = classes[row, column]
-            if kind not in (top, bottom):
-                row += 1
-                continue
-            start = row
-            while row < height and classes[row, column] == kind:
-                row += 1
-            which = 0 if kind == top else 1
-            if counts[which] < RUNS:
-                runs[which, counts[which], 0] = start
-                runs[which, counts[which], 1] = row
-                counts[which] += 1
-        for a in range(counts[0]):
-            for b in range(counts[1]):
-                middle = runs[1, b, 0] - runs[0, a, 1]
-                if middle < 2.0 or found >= MOST:
-                    continue
-                fits = True
-                for which in range(2):
-                    run = runs[which, a if which == 0 else b]
-                    wanted = middle * (upper if which == 0 else lower)
-                    cut = (which == 0 and run[0] == 0) or (which == 1 and run[1] == height)
-                    off = run[1] - run[0] - wanted
-                    slack = HEIGHT_SLACK + HEIGHT_SHARE * wanted
-                    if off > slack or (off < -slack and not cut):
-                        fits = False
-                if fits:
-                    pairs[found, 0] = column
-                    pairs[found, 1], pairs[found, 2] = runs[0, a, 0], runs[0, a, 1]
-                    pairs[found, 3], pairs[found, 4] = runs[1, b, 0], runs[1, b, 1]
+    for column in range(columns):
+        a = first[column]
+        while a >= 0:
+            thick = float(runs[a, 3] - runs[a, 2])
+            if runs[a, 1] == top:
+                paired = False
+                b = following[a]
+                while b >= 0:
+                    if runs[b, 1] == bottom and found < PAIRS:
+                        middle = float(runs[b, 2] - runs[a, 3])
+                        fits = middle >= 1.0
+                        off = thick - middle * upper
+                        slack = HEIGHT_SLACK + HEIGHT_SHARE * middle * upper
+                        if off > slack or (off < -slack and runs[a, 2] > 0):
+                            fits = False
+                        off = float(runs[b, 3] - runs[b, 2]) - middle * lower
+                        slack = HEIGHT_SLACK + HEIGHT_SHARE * middle * lower
+                        if off > slack or (off < -slack and runs[b, 3] < height):
+                            fits = False
+                        if fits:
+                            _write_pair(
+                                pairs[found], column, runs[a, 2], runs[a, 3], runs[b, 2], runs[b, 3], BOTH
+                            )
+                            found += 1
+                            paired = True
+                    b = following[b]
+                middle = thick / upper
+                cut = runs[a, 2] > 0 and runs[a, 3] + 0.75 * middle >= height
+                if not paired and cut and thick >= LEAST_THICK and found < PAIRS:
+                    start = runs[a, 3] + middle
+                    foot = start + middle * lower
+                    _write_pair(pairs[found], column, runs[a, 2], runs[a, 3], start, foot, TOP_ONLY)
                     found += 1
+            if runs[a, 1] == bottom:
+                middle = thick / lower
+                cut = runs[a, 3] < height and runs[a, 2] - 0.75 * middle <= 0.0
+                if cut and thick >= LEAST_THICK and found < PAIRS:
+                    end = runs[a, 2] - middle
+                    start = end - middle * upper
+                    _write_pair(pairs[found], column, start, end, runs[a, 2], runs[a, 3], BOTTOM_ONLY)
+                    found += 1
+            a = following[a]
     return found
+
+
+@compiled
+def _write_pair(
+    pair: FloatArray, column: int, start: float, end: float, below: float, foot: float, bands: int
+) -> None:
+    pair[0], pair[1], pair[2], pair[3], pair[4], pair[5] = column, start, end, below, foot, bands
+
+
+@compiled
+def chain_pairs(pairs: FloatArray, chain: NDArray[np.int64]) -> int:
+    """Write to which chain each pair belongs; return how many chains there are.
+
+    A chain is pairs, sorted by column, whose inner edges run on smoothly.
+    """
+    last = np.empty(CHAINS, dtype=np.int64)
+    chains = 0
+    for i in range(len(pairs)):
+        best, nearest = -1, np.inf
+        for c in range(chains):
+            before = last[c]
+            step = pairs[i, 0] - pairs[before, 0]
+            if step <= 0.0 or step > COLUMN_GAP or pairs[i, 5] != pairs[before, 5]:
+                continue
+            slack = ROW_SLACK * step + ROW_SHARE * (pairs[i, 3] - pairs[i, 2])
+            jump = abs(pairs[i, 2] - pairs[before, 2])
+            jump = max(jump, abs(pairs[i, 3] - pairs[before, 3]))
+            if jump <= slack and jump + step < nearest:
+                best, nearest = c, jump + step
+        if best < 0:
+            if chains == CHAINS:
+                chain[i] = CHAINS
+                continue
+            best = chains
+            chains += 1
+        chain[i] = best
+        last[best] = i
+    return chains
+
+
+@compiled
+def split_chains(
+    pairs: FloatArray,
+    chain: NDArray[np.int64],
+    chains: int,
+    bounds: NDArray[np.int64],
+    middles: FloatArray,
+) -> int:
+    """Cut chains where the height of the middle steps: there one marker stands before another.
+
+    Writes first and last + 1 pair of every piece, and the medians of its middle's height and of the
+    row where that begins (coarse rows); returns how many pieces there are.
+    """
+    heights = pairs[:, 3] - pairs[:, 2]
+    count = 0
+    start = 0
+    while start < len(chain) and chain[start] < chains:
+        end = start
+        while end < len(chain) and chain[end] == chain[start]:
+            end += 1
+        first = start
+        while first < end:
+            last = end
+            worst = 0.0
+            for k in range(first + STEP_COLUMNS, end - STEP_COLUMNS + 1):
+                before = np.median(heights[k - STEP_COLUMNS : k])
+                after = np.median(heights[k : k + STEP_COLUMNS])
+                step = abs(after - before) - _alike(min(before, after))
+                if step > worst:
+                    worst, last = step, k
+                elif worst > 0.0:
+                    break
+            if last - first >= LEAST_COLUMNS and count < len(bounds):
+                bounds[count, 0], bounds[count, 1] = first, last
+                middles[count, 0] = np.median(heights[first:last])
+                middles[count, 1] = np.median(pairs[first:last, 2])
+                count += 1
+            first = last
+        start = end
+    return count

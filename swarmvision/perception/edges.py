@@ -7,11 +7,10 @@ steps from one plateau to another, the edge stands where a sharp step of the sam
 * Range: in each column the inner edges of top and bottom band are ``f h / x`` px apart at the depth
   ``x`` of the surface there; the ray, that depth and the radius give the distance of the axis
   exactly. Separations do not feel a lens that sits too high or looks a little up.
-* Heading: every column of the pattern votes. The surface seen in a column faces azimuth ``a`` in the
-  lens frame; a stripe at the height that the pattern has at azimuth ``phi`` means a heading of
-  ``a - phi``. There is no seam to cut and no dead zone.
+* Heading: every column of the pattern votes, see :mod:`swarmvision.perception.heading`.
 * Where one tangent is hidden, both possibilities are tried against the sag of the band edges, which
   follow the curve of the cylinder.
+* Where only one band is in the picture, the angle between the tangents gives the range.
 
 Source of the geometry: our own; the paper (Majidi Balanji et al.) uses centroids of regions instead,
 see :mod:`swarmvision.perception.moments`.
@@ -19,28 +18,93 @@ see :mod:`swarmvision.perception.moments`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
 from swarmvision.colour import decode
+from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
-from swarmvision.geometry import FloatArray, wrap
-from swarmvision.marker import Band, Marker
-from swarmvision.perception.detect import Candidate, candidates
-from swarmvision.perception.segment import Hues, Light, chroma_of, classify, linear, white_of
+from swarmvision.geometry import FloatArray
+from swarmvision.marker import Marker
+from swarmvision.perception.detect import BOTH, TOP_ONLY, Candidate, Proportions, candidates
+from swarmvision.perception.heading import heading_of
+from swarmvision.perception.segment import Balance, Hues, chroma_of
 
-COARSE_WIDTH = 320  # px; the first look is taken at about this width
+MOST_COLUMNS = 32  # of one marker that are measured
 WHOLE = 0.955  # measured over expected width from which both tangents are taken as real
 EDGE_FLOOR = 0.03  # px: error of an edge that no averaging removes
-HEADING_FLOOR = 0.006  # rad: the same for heading
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
 LEAST_SEPARATION = 2.0  # px between the inner edges; less tells nothing
 PALE_ENOUGH = 0.55  # share of the middle zone that must look like the marker
 HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
+PROBES = 15  # heights of the middle zone that are looked at
+UPPER, LOWER, TOP_RING, BOTTOM_RING, STRIPE, GROUND, TOTAL = range(7)  # directions of colour
+# What the kernel writes of a marker.
+RANGE, BEARING, HEADING, RANGE_STD, BEARING_STD, HEADING_STD, VISIBLE, DROP, LEFT, RIGHT, MIDDLE_PX = range(
+    11
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plan:
+    """Everything about one kind of marker that reading needs, worked out once."""
+
+    hues: Hues
+    proportions: Proportions | None
+    directions: FloatArray
+    """Weights of the channels for each direction of colour, ``(7, 3)``."""
+    heights: FloatArray
+    """Of the inner edges of top and bottom band, of bottom and top of the patterned band, of marker,
+    all above the marker's bottom edge; the radius; height of the marker's base above the ground (m)."""
+    knots: FloatArray
+    """Of the pattern; empty where the marker tells no heading."""
+    expected: FloatArray
+    """Chroma that each probe of the middle zone may have, nan where unused, ``(PROBES, 2, 3)``."""
+    pale: bool
+    """Whether the largest middle band is white or grey."""
+
+    @classmethod
+    def of(cls, marker: Marker) -> Plan:
+        """Return the plan for a marker."""
+        hues = Hues.of(marker)
+        directions = np.zeros((7, 3))
+        directions[UPPER] = _towards(marker.bands[0].colour, marker.bands[1].colour)
+        directions[LOWER] = _towards(marker.bands[-2].colour, marker.bands[-1].colour)
+        for place, band in ((TOP_RING, marker.bands[0]), (BOTTOM_RING, marker.bands[-1])):
+            chroma = chroma_of(band.colour)
+            directions[place] = chroma / max(float(np.linalg.norm(chroma)), 1e-9)
+        directions[TOTAL] = 1.0
+        knots = np.empty((0, 3))
+        low = high = 0.0
+        carrier = marker.patterned
+        if carrier is not None and carrier.pattern is not None and not carrier.pattern.symmetric:
+            knots, low, high = carrier.pattern.knots, carrier.bottom, carrier.top
+            ground, ink = decode(carrier.colour), decode(carrier.pattern.colour)
+            # Blind to brightness: what the band's own colour gives is nothing.
+            weights = _towards(carrier.colour, carrier.pattern.colour)
+            weights = weights - ground * (weights @ ground) / (ground @ ground)
+            directions[STRIPE] = weights / (ink @ weights)
+            directions[GROUND] = ground / (ground @ ground)
+        heights = np.array(
+            [
+                marker.bands[0].bottom,
+                marker.bands[-1].top,
+                low,
+                high,
+                marker.height,
+                marker.radius,
+                marker.base,
+            ]
+        )
+        middle = max(marker.bands[1:-1] or marker.bands, key=lambda band: band.top - band.bottom)
+        pale = bool(np.linalg.norm(chroma_of(middle.colour)) < 0.1)
+        return cls(
+            hues, Proportions.of(marker, hues), directions, heights, knots, _expected_chroma(marker), pale
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,495 +114,534 @@ class Reading:
     range: float
     bearing: float
     heading: float
-    std: tuple[float, float, float]
+    covariance: FloatArray
+    """Of range (m), bearing and heading (rad), ``(3, 3)``; nan where heading is not told."""
     visible: float
-    middle_px: float
+    drop: float
+    """Rows (px) by which the marker stands lower in the picture than a level lens would show it."""
+    left: float
+    right: float
+    """Columns (px) between which it is seen."""
+    whole: bool
+    """Whether both tangents are seen."""
 
 
-def read(image: NDArray[np.uint8], lens: Lens, marker: Marker) -> Estimates:
+def read(image: NDArray[np.uint8], lens: Lens, plan: Plan) -> Estimates:
     """Return the neighbours in a picture ``(h, w, 3)``, nearest first, lens frame, shape ``(k,)``."""
-    scale = max(1, round(lens.width_px / COARSE_WIDTH))
-    if min(image.shape[0], image.shape[1]) < 4 * scale:
-        return Estimates.empty((0,), frame="lens")
-    coarse = _coarse(image, scale)
-    white = white_of(coarse)
-    hues = Hues.of(marker)
-    found = candidates(classify(coarse, white, hues), marker, hues, scale)
-    readings = [measure(image, white, candidate, lens, marker, scale) for candidate in found]
-    return _estimates(_distinct([reading for reading in readings if reading is not None], marker))
+    return estimates(readings(image, Balance.of(image), lens, plan))
+
+
+def readings(image: NDArray[np.uint8], balance: Balance, lens: Lens, plan: Plan) -> list[Reading]:
+    """Return every marker in a picture, nearest first."""
+    if plan.proportions is None or min(image.shape[0], image.shape[1]) < 4:
+        return []
+    found = candidates(image, balance, plan.hues, plan.proportions)
+    if not found:
+        return []
+    tables = plan.directions[:, :, None] * balance.light
+    measured = (measure(image, tables, candidate, lens, plan) for candidate in found)
+    return _distinct([reading for reading in measured if reading is not None], plan.heights[5])
 
 
 def measure(
-    image: NDArray[np.uint8], white: Light, candidate: Candidate, lens: Lens, marker: Marker, scale: int
+    image: NDArray[np.uint8], tables: FloatArray, candidate: Candidate, lens: Lens, plan: Plan
 ) -> Reading | None:
-    """Return what a candidate measures at full resolution; None where it is no marker after all."""
-    patch = _Patch.cut(image, white, candidate, scale)
-    if patch is None or not _looks_like(patch, candidate, marker):
+    """Return what a candidate measures at full resolution; None where it is no marker after all.
+
+    Args:
+        image: sRGB, ``(h, w, 3)``.
+        tables: What each code of each channel adds along each direction of colour, ``(7, 3, 256)``.
+        candidate: From :mod:`swarmvision.perception.detect`.
+        lens: That took the picture.
+        plan: Of the marker.
+    """
+    view = np.array([lens.focal_px, lens.centre_px[0], lens.centre_px[1], lens.height])
+    out = np.full(11, np.nan)
+    if not measure_marker(
+        image, tables, candidate.columns, candidate.rows, candidate.bands, view, plan.heights, plan.knots,
+        plan.expected, plan.pale, out,
+    ):  # fmt: skip
         return None
-    columns, upper, lower = _inner_edges(patch, candidate, marker)
-    if len(columns) < 3:
-        return None
-    sides = _sides(patch, candidate, marker, scale)
-    fit = _range_and_bearing(columns, lower - upper, sides, lens, marker)
-    if fit is None or not _stands_right(fit, columns, upper, lower, lens, marker):
-        return None
-    distance, bearing, visible, noise = fit
-    heading, heading_std = _heading(patch, columns, upper, lower, (distance, bearing), lens, marker)
-    separation = float(np.median(lower - upper))
-    spread = np.hypot(noise / np.sqrt(len(columns)), EDGE_FLOOR * (1.0 if visible >= WHOLE else 4.0))
-    range_std = distance * spread / separation
-    bearing_std = EDGE_FLOOR / lens.focal_px * (1.0 if visible >= WHOLE else 10.0)
-    std = (float(range_std), float(bearing_std), heading_std)
-    return Reading(distance, bearing, heading, std, min(visible, 1.0), separation)
+    covariance = np.diag(np.square(out[[RANGE_STD, BEARING_STD, HEADING_STD]]))
+    if np.isnan(out[HEADING]):
+        covariance[2, :] = covariance[:, 2] = np.nan
+    visible = float(out[VISIBLE])
+    return Reading(
+        float(out[RANGE]),
+        float(out[BEARING]),
+        float(out[HEADING]),
+        covariance,
+        min(visible, 1.0),
+        float(out[DROP]),
+        float(out[LEFT]),
+        float(out[RIGHT]),
+        visible >= WHOLE,
+    )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Patch:
-    """The piece of the picture round a candidate, in balanced linear light."""
-
-    light: Light
-    column: int
-    row: int
-    """Of the patch's first pixel in the picture."""
-
-    @classmethod
-    def cut(cls, image: NDArray[np.uint8], white: Light, candidate: Candidate, scale: int) -> _Patch | None:
-        margin = int(4 + 3 * scale + 0.2 * (candidate.right - candidate.left))
-        left = max(int(candidate.left) - margin, 0)
-        right = min(int(candidate.right) + margin, image.shape[1])
-        band = float(np.max(candidate.rows[:, 1] - candidate.rows[:, 0]))
-        top = max(int(candidate.rows[:, 0].min() - 2 - 0.2 * band), 0)
-        bottom = min(int(candidate.rows[:, 3].max() + 2 + 0.2 * band), image.shape[0])
-        if right - left < 4 or bottom - top < 6:
-            return None
-        return cls(linear(image[top:bottom, left:right]) / white, left, top)
-
-    def signal(self, weights: FloatArray) -> Light:
-        """Return the picture along one direction of colour, shape ``(h, w)``."""
-        return self.light @ weights.astype(np.float32)
+def estimates(found: list[Reading]) -> Estimates:
+    """Return readings as estimates in the lens frame, shape ``(k,)``."""
+    k = len(found)
+    return Estimates(
+        seen=np.ones(k, dtype=bool),
+        range=np.array([r.range for r in found]),
+        bearing=np.array([r.bearing for r in found]),
+        heading=np.array([r.heading for r in found]),
+        covariance=np.array([r.covariance for r in found]).reshape(k, 3, 3),
+        age=np.zeros(k),
+        track=np.full(k, -1),
+        visible=np.array([r.visible for r in found]),
+        frame="lens",
+    )
 
 
-def _coarse(image: NDArray[np.uint8], scale: int) -> Light:
-    if scale == 1:
-        return linear(image)
-    size = (image.shape[1] // scale, image.shape[0] // scale)
-    whole = image[: size[1] * scale, : size[0] * scale]
-    return linear(cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
+def _distinct(found: list[Reading], radius: float) -> list[Reading]:
+    """Drop readings of a marker that is already read: two axes cannot be nearer than two radii."""
+    kept: list[Reading] = []
+    for reading in sorted(found, key=lambda r: (-r.visible, r.range)):
+        place = reading.range * np.exp(1j * reading.bearing)
+        if all(abs(place - r.range * np.exp(1j * r.bearing)) > 2.0 * radius for r in kept):
+            kept.append(reading)
+    return sorted(kept, key=lambda r: r.range)
 
 
 def _towards(start: tuple[int, int, int], end: tuple[int, int, int]) -> FloatArray:
     """Return the direction of colour along which a step from one print to another is largest."""
     difference = decode(end) - decode(start)
-    return difference / np.linalg.norm(difference)
+    return difference / max(float(np.linalg.norm(difference)), 1e-9)
 
 
-def _interpolated(candidate: Candidate, columns: FloatArray) -> FloatArray:
-    """Return the four coarse rows of a candidate at full columns (px), shape ``(n, 4)``."""
-    return np.stack([np.interp(columns, candidate.columns, candidate.rows[:, i]) for i in range(4)], axis=1)
-
-
-def _looks_like(patch: _Patch, candidate: Candidate, marker: Marker) -> bool:
-    """Whether what lies between top and bottom band has the colours that the marker has there."""
-    columns = np.clip(candidate.columns - patch.column, 0, patch.light.shape[1] - 1).astype(int)
-    shares = np.linspace(0.08, 0.92, 15)
-    start, end = candidate.rows[:, 1:2] - patch.row, candidate.rows[:, 2:3] - patch.row
-    rows = np.clip(start + shares * (end - start), 0, patch.light.shape[0] - 1).astype(int)  # (n, 15)
-    pixels = patch.light[rows, columns[:, None]]  # (n, 15, 3)
-    total = pixels.sum(axis=-1)
-    share = pixels / np.maximum(total, 1e-6)[..., None] - 1.0 / 3.0
+def _expected_chroma(marker: Marker) -> FloatArray:
+    expected = np.full((PROBES, 2, 3), np.nan)
     middle = marker.bands[0].bottom - marker.bands[-1].top
-    heights = marker.bands[0].bottom - shares * middle
-    fits = np.zeros(total.shape, dtype=bool)
-    for band in marker.bands:
-        inside = (heights < band.top) & (heights > band.bottom)
-        colours = [band.colour] + ([band.pattern.colour] if band.pattern is not None else [])
-        for colour in colours:
-            expected = chroma_of(colour)
-            near = np.linalg.norm(share - expected, axis=-1) < 0.16 + 0.35 * np.linalg.norm(expected)
-            fits |= near & inside
-    # A white middle is brighter than both rings; dark grey is a body or a wall in shadow.
-    if chroma_is_grey(marker):
-        ring = np.median(np.concatenate([total[:, :1], total[:, -1:]]))
-        fits &= total > 0.35 * max(float(np.median(total)), 0.25 * float(ring))
-        ends = _ring_brightness(patch, candidate)
-        if np.median(total) < 1.2 * ends:
+    for i, share in enumerate(np.linspace(0.08, 0.92, PROBES)):
+        height = marker.bands[0].bottom - share * middle
+        for band in marker.bands:
+            if band.bottom < height < band.top:
+                expected[i, 0] = chroma_of(band.colour)
+                if band.pattern is not None:
+                    expected[i, 1] = chroma_of(band.pattern.colour)
+    return expected
+
+
+@compiled
+def measure_marker(
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    coarse: FloatArray,
+    coarse_rows: FloatArray,
+    bands: int,
+    view: FloatArray,
+    heights: FloatArray,
+    knots: FloatArray,
+    expected: FloatArray,
+    pale: bool,
+    out: FloatArray,
+) -> bool:
+    """Measure one candidate into ``out``; return whether it is a marker."""
+    if not looks_right(image, tables, coarse, coarse_rows, expected, pale):
+        return False
+    first = max(math.ceil(coarse[0] - 1.0), 0)
+    last = min(int(coarse[-1] + 1.0), image.shape[1] - 1)
+    if last - first < 2:
+        return False
+    count = min(last - first + 1, MOST_COLUMNS)
+    columns, rows = np.empty(count), np.empty((4, count))
+    for i in range(count):
+        columns[i] = first + (i * (last - first)) // (count - 1) + 0.5
+    for k in range(4):
+        rows[k] = np.interp(columns, coarse, coarse_rows[:, k])
+    upper, lower = np.empty(count), np.empty(count)
+    thick_top = np.median(coarse_rows[:, 1] - coarse_rows[:, 0])
+    thick_bottom = np.median(coarse_rows[:, 3] - coarse_rows[:, 2])
+    used = inner_edges(image, tables, bands, columns, rows, thick_top, thick_bottom, upper, lower)
+    if used < 3:
+        return False
+    columns, upper, lower = columns[:used], upper[:used], lower[:used]
+    sides = np.empty(2)
+    cut = find_sides(image, tables, bands, coarse, coarse_rows, sides)
+    rays = np.arctan((view[1] - columns) / view[0])
+    if bands == BOTH:
+        separation = lower - upper
+        if not range_and_bearing(rays, separation, sides, cut, view, heights, out):
             return False
-    return bool(fits.mean() >= PALE_ENOUGH)
+        spread = math.hypot(
+            out[RANGE_STD] / math.sqrt(used), EDGE_FLOOR * (1.0 if out[VISIBLE] >= WHOLE else 4.0)
+        )
+        out[RANGE_STD] = out[RANGE] * spread / np.median(separation)
+    else:
+        if cut != 0 or not range_from_width(sides, view, heights, out):
+            return False
+        complete_edges(rays, bands, view, heights, out, upper, lower)
+    out[BEARING_STD] = EDGE_FLOOR / view[0] * (1.0 if out[VISIBLE] >= WHOLE else 10.0)
+    out[LEFT], out[RIGHT] = sides[0], sides[1]
+    out[MIDDLE_PX] = np.median(lower - upper)
+    if not stands_right(rays, upper, lower, view, heights, out):
+        return False
+    if len(knots) > 0:
+        out[HEADING], out[HEADING_STD] = heading_of(
+            image, tables[STRIPE], tables[GROUND], columns, rays, upper, lower,
+            out[RANGE], out[BEARING], heights, knots,
+        )  # fmt: skip
+    return True
 
 
-def chroma_is_grey(marker: Marker) -> bool:
-    """Whether the largest middle band of a marker is white or grey."""
-    middle = max(marker.bands[1:-1] or marker.bands, key=lambda band: band.top - band.bottom)
-    return bool(np.linalg.norm(chroma_of(middle.colour)) < 0.1)
+@compiled
+def signal(image: NDArray[np.uint8], table: FloatArray, row: int, column: int) -> float:
+    """Return a pixel along one direction of colour."""
+    value: float = (
+        table[0, image[row, column, 0]] + table[1, image[row, column, 1]] + table[2, image[row, column, 2]]
+    )
+    return value
 
 
-def _ring_brightness(patch: _Patch, candidate: Candidate) -> float:
-    columns = np.clip(candidate.columns - patch.column, 0, patch.light.shape[1] - 1).astype(int)
-    levels = []
-    for pair in (candidate.rows[:, :2], candidate.rows[:, 2:]):
-        rows = np.clip(pair.mean(axis=1) - patch.row, 0, patch.light.shape[0] - 1).astype(int)
-        levels.append(float(np.median(patch.light[rows, columns].sum(axis=-1))))
-    return max(levels)
+@compiled
+def looks_right(
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    columns: FloatArray,
+    rows: FloatArray,
+    expected: FloatArray,
+    pale: bool,
+) -> bool:
+    """Whether what lies between top and bottom band has the colours that the marker has there."""
+    height, width = image.shape[0], image.shape[1]
+    light = tables[TOTAL]
+    step = max(len(columns) // 12, 1)
+    looks = (len(columns) + step - 1) // step
+    totals, near = np.empty(looks * PROBES), np.zeros(looks * PROBES)
+    rings = np.empty((2, looks))
+    seen = 0
+    for i in range(looks):
+        u = min(max(int(columns[i * step]), 0), width - 1)
+        for ring in range(2):
+            v = min(max(int((rows[i * step, 2 * ring] + rows[i * step, 2 * ring + 1]) / 2.0), 0), height - 1)
+            rings[ring, i] = signal(image, light, v, u)
+        start, end = rows[i * step, 1], rows[i * step, 2]
+        for probe in range(PROBES):
+            v = int(start + (0.08 + 0.84 * probe / (PROBES - 1)) * (end - start))
+            if v < 0 or v >= height:
+                continue
+            red, green, blue = light[0, image[v, u, 0]], light[1, image[v, u, 1]], light[2, image[v, u, 2]]
+            total = max(red + green + blue, 1e-6)
+            totals[seen] = total
+            for option in range(2):
+                want = expected[probe, option]
+                if np.isnan(want[0]):
+                    continue
+                off = math.sqrt(
+                    (red / total - 1.0 / 3.0 - want[0]) ** 2
+                    + (green / total - 1.0 / 3.0 - want[1]) ** 2
+                    + (blue / total - 1.0 / 3.0 - want[2]) ** 2
+                )
+                size = math.sqrt(want[0] ** 2 + want[1] ** 2 + want[2] ** 2)
+                if off < 0.16 + 0.35 * size:
+                    near[seen] = 1.0
+            seen += 1
+    if seen == 0:
+        return False
+    totals, near = totals[:seen], near[:seen]
+    if pale:
+        # A white middle is brighter than both rings; dark grey is a body or a wall in shadow.
+        middle = np.median(totals)
+        top, bottom = np.median(rings[0]), np.median(rings[1])
+        if middle < 1.2 * max(top, bottom):
+            return False
+        least = 0.35 * max(middle, 0.25 * (top + bottom) / 2.0)
+        for i in range(seen):
+            if totals[i] <= least:
+                near[i] = 0.0
+    enough: bool = near.sum() >= PALE_ENOUGH * seen
+    return enough
 
 
-def _inner_edges(
-    patch: _Patch, candidate: Candidate, marker: Marker
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return columns, rows of the top band's lower and of the bottom band's upper edge (px), ``(n,)``."""
-    first = max(int(np.ceil(candidate.left)), patch.column)
-    last = min(int(candidate.right), patch.column + patch.light.shape[1])
-    inner = np.arange(first, last)
-    if len(inner) == 0:
-        return np.empty(0), np.empty(0), np.empty(0)
-    coarse = _interpolated(candidate, inner + 0.5)
-    found = []
-    for ring, (above, below), edge, end in (
-        (marker.bands[0], marker.bands[:2], 1, 0),
-        (marker.bands[-1], marker.bands[-2:], 2, 3),
-    ):
-        half = 0.5 * np.abs(coarse[:, edge] - coarse[:, end])
-        other = below if ring is above else above
-        half = np.minimum(half, 0.35 * half * 2.0 * (other.top - other.bottom) / (ring.top - ring.bottom))
-        signal = patch.signal(_towards(above.colour, below.colour))
-        found.append(_row_edges(signal, inner - patch.column, coarse[:, edge] - patch.row, half))
-    (upper, upper_ok), (lower, lower_ok) = found
-    good = upper_ok & lower_ok & (lower - upper > LEAST_SEPARATION)
-    return inner[good] + 0.5, upper[good] + patch.row, lower[good] + patch.row
-
-
-def _row_edges(
-    signal: Light, columns: NDArray[np.int64], guess: FloatArray, half: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the row of a step in each column by area integration, and whether it is one.
-
-    Args:
-        signal: Steps up from above to below, shape ``(h, w)``.
-        columns: Where, shape ``(n,)``.
-        guess: Of the row (px), to about a pixel, shape ``(n,)``.
-        half: Half of the window (px): what is free of other edges, shape ``(n,)``.
-    """
-    reach = float(np.median(half))
-    # Two rounds: the first centres the window on the edge.
-    rows = guess
-    good = np.ones(len(columns), dtype=bool)
-    for _ in range(2):
-        window = max(round(reach), 2)
-        start = np.rint(rows).astype(int) - window  # (n,)
-        index = start[:, None] + np.arange(2 * window)  # (n, 2 window)
-        good = (index[:, 0] >= 0) & (index[:, -1] < signal.shape[0])
-        index = np.clip(index, 0, signal.shape[0] - 1)
-        values = signal[index, columns[:, None]]
-        flat = max(window // 2, 1) if window > 2 else 1
-        above, below = values[:, :flat].mean(axis=1), values[:, -flat:].mean(axis=1)
-        step = below - above
-        good &= step > 0.25 * np.median(step[good]) if good.any() else False
-        safe = np.where(np.abs(step) > 1e-9, step, 1.0)
-        share = ((values - above[:, None]) / safe[:, None]).sum(axis=1)
-        rows = np.where(good, start + 2 * window - share, rows)
-    return rows.astype(np.float64), good & (np.abs(rows - guess) < np.maximum(half, 2.5))
-
-
-@dataclass(frozen=True, slots=True)
-class _Sides:
-    """Columns (px) at which the marker's print ends, and whether the picture ends there too."""
-
-    left: float
-    right: float
-    left_cut: bool
-    right_cut: bool
-
-
-def _sides(patch: _Patch, candidate: Candidate, marker: Marker, scale: int) -> _Sides:
-    """Return where the rings end, by area integration of their chroma along rows."""
-    width = candidate.right - candidate.left
-    ends: dict[int, list[tuple[float, float]]] = {-1: [], 1: []}
-    for ring, pair in ((marker.bands[0], (0, 1)), (marker.bands[-1], (2, 3))):
-        weights = chroma_of(ring.colour)
-        signal = patch.signal(weights / np.linalg.norm(weights))
-        for side in (-1, 1):
-            edge = _column_edge(signal, patch, candidate, pair, side, width, scale)
-            if edge is not None:
-                ends[side].append(edge)
-    left = _weighted(ends[-1], candidate.left)
-    right = _weighted(ends[1], candidate.right)
-    last = patch.column + patch.light.shape[1]
-    return _Sides(left, right, left - patch.column < 1.5, last - right < 1.5)
-
-
-def _weighted(edges: list[tuple[float, float]], otherwise: float) -> float:
-    if not edges:
-        return otherwise
-    places, weights = np.array(edges).T
-    return float(np.average(places, weights=weights))
-
-
-def _column_edge(
-    signal: Light,
-    patch: _Patch,
-    candidate: Candidate,
-    pair: tuple[int, int],
-    side: int,
-    width: float,
-    scale: int,
-) -> tuple[float, float] | None:
-    """Return the column (px) at which a ring ends on one side, and the weight of the measurement."""
-    guess = candidate.left if side < 0 else candidate.right
-    ends = candidate.rows[:3] if side < 0 else candidate.rows[-3:]
-    top, bottom = np.median(ends[:, pair[0]]), np.median(ends[:, pair[1]])
-    inset = 0.3 * (bottom - top)
-    first = int(np.ceil(top + inset - patch.row))
-    last = max(int(bottom - inset - patch.row), first + 1)
-    if first < 0 or last > signal.shape[0]:
-        return None
-    profile = signal[first:last].mean(axis=0)
-    if side < 0:
-        profile = profile[::-1]
-    guess -= patch.column
-    if side < 0:
-        guess = len(profile) - guess
-    reach = int(np.clip(0.16 * width, 3 + scale, 14))
-    start, end = round(guess) - reach, round(guess) + reach
-    inside = profile[max(start - reach // 2, 0) : max(start + reach // 2, 1)].mean()
-    outside_piece = profile[min(end - reach // 2, len(profile) - 1) :][: max(reach // 2, 1)]
-    outside = float(outside_piece.mean()) if len(outside_piece) else 0.0
-    start, end = max(start, 0), min(end, len(profile))
-    if inside - outside < max(0.3 * inside, 1e-6) or end - start < 3:
-        return None
-    area = float(((profile[start:end] - outside) / (inside - outside)).sum())
-    place = start + area
-    place = len(profile) - place if side < 0 else place
-    return float(place + patch.column), float((last - first) * (inside - outside))
-
-
-def _range_and_bearing(
-    columns: FloatArray, separation: FloatArray, sides: _Sides, lens: Lens, marker: Marker
-) -> tuple[float, float, float, float] | None:
-    """Return range (m), bearing (rad), visible fraction and spread of the edges (px)."""
-    left, right = lens.bearing_from_column([sides.left, sides.right])
-    if left - right <= 1e-4:
-        return None
-    trials = []
-    middle = (left + right) / 2.0
-    distance, noise = _distance(columns, separation, float(middle), lens, marker)
-    if not np.isfinite(distance) or distance <= marker.radius:
-        return None
-    half = np.arcsin(marker.radius / distance)
-    visible = float((left - right) / (2.0 * half))
-    if visible > 1.25:
-        return None
-    whole = visible >= WHOLE and not (sides.left_cut or sides.right_cut)
-    if whole:
-        return distance, float(middle), visible, noise
-    for edge, sign, cut in ((left, -1.0, sides.left_cut), (right, 1.0, sides.right_cut)):
-        if cut:
-            continue
-        bearing = float(edge + sign * half)
-        for _ in range(3):
-            trial, trial_noise = _distance(columns, separation, bearing, lens, marker)
-            if not np.isfinite(trial) or trial <= marker.radius:
-                break
-            bearing = float(edge + sign * np.arcsin(marker.radius / trial))
+@compiled
+def inner_edges(
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    bands: int,
+    columns: FloatArray,
+    rows: FloatArray,
+    thick_top: float,
+    thick_bottom: float,
+    upper: FloatArray,
+    lower: FloatArray,
+) -> int:
+    """Find the inner edges of top and bottom band; keep the columns where both are; return how many."""
+    count = len(columns)
+    found = np.empty((2, count))
+    steps = np.zeros((2, count))
+    for which in range(2):
+        thick = thick_top if which == 0 else thick_bottom
+        window = max(round(0.35 * thick), 2)
+        for i in range(count):
+            guess = rows[1 + which, i]
+            row, step = row_edge(image, tables[which], int(columns[i]), guess, window)
+            if abs(row - guess) >= max(0.5 * thick, 2.5):
+                step = 0.0
+            found[which, i], steps[which, i] = row, step
+    good = np.ones(count, dtype=np.bool_)
+    for which in range(2):
+        if bands == BOTH or (bands == TOP_ONLY) == (which == 0):
+            least = 0.25 * np.median(steps[which])
+            for i in range(count):
+                if steps[which, i] <= max(least, 1e-9):
+                    good[i] = False
         else:
-            trials.append((trial_noise, trial, bearing))
-    if not trials:
-        return distance, float(middle), visible, noise
-    noise, distance, bearing = min(trials)
-    half = np.arcsin(marker.radius / distance)
-    return distance, bearing, float((left - right) / (2.0 * half)), noise
+            found[which] = rows[1 + which]
+    used = 0
+    for i in range(count):
+        if good[i] and found[1, i] - found[0, i] > LEAST_SEPARATION:
+            columns[used], upper[used], lower[used] = columns[i], found[0, i], found[1, i]
+            used += 1
+    return used
 
 
-def _distance(
-    columns: FloatArray, separation: FloatArray, bearing: float, lens: Lens, marker: Marker
+@compiled
+def row_edge(
+    image: NDArray[np.uint8], table: FloatArray, column: int, guess: float, window: int
+) -> tuple[float, float]:
+    """Return the row of a step up from above to below by area integration, and its size; 0 for none."""
+    flat = max(window // 2, 1)
+    row, step = guess, 0.0
+    for _ in range(2):  # the first round centres the window on the edge
+        start = math.floor(row + 0.5) - window
+        if start < 0 or start + 2 * window > image.shape[0]:
+            return row, 0.0
+        above = below = area = 0.0
+        for k in range(2 * window):
+            value = signal(image, table, start + k, column)
+            area += value
+            if k < flat:
+                above += value
+            if k >= 2 * window - flat:
+                below += value
+        above, below = above / flat, below / flat
+        step = below - above
+        if step < 1e-6:
+            return row, 0.0
+        row = start + 2 * window - (area - 2 * window * above) / step
+    return row, step
+
+
+@compiled
+def find_sides(
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    bands: int,
+    columns: FloatArray,
+    rows: FloatArray,
+    sides: FloatArray,
+) -> int:
+    """Write the columns (px) at which the rings end; return 1 if the left is the picture's, 2 the right."""
+    width = columns[-1] - columns[0] + 1.0
+    half = (columns[1] - columns[0]) / 2.0 if len(columns) > 1 else 0.5
+    half = min(half, 2.0)
+    places, weights = np.zeros(2), np.zeros(2)
+    for side in range(2):
+        outward = -1 if side == 0 else 1
+        guess = columns[0] - half if side == 0 else columns[-1] + half
+        places[:], weights[:] = guess, 0.0
+        for ring in range(2):
+            if bands != BOTH and (bands == TOP_ONLY) != (ring == 0):
+                continue
+            top, bottom = end_rows(rows, side, ring)
+            place, weight = ring_end(image, tables[TOP_RING + ring], top, bottom, guess, outward, width)
+            places[ring], weights[ring] = place, weight
+        total = weights[0] + weights[1]
+        if total <= 0.0:
+            sides[side] = guess
+        elif min(weights[0], weights[1]) > 0.0 and abs(places[0] - places[1]) > 0.6 + 0.01 * width:
+            # Bodies stand beside the lower ring, nothing beside the upper one.
+            sides[side] = places[0]
+        else:
+            sides[side] = (places[0] * weights[0] + places[1] * weights[1]) / total
+    cut = 1 if sides[0] < 1.5 else 0
+    if sides[1] > image.shape[1] - 1.5:
+        cut += 2
+    return cut
+
+
+@compiled
+def end_rows(rows: FloatArray, side: int, ring: int) -> tuple[float, float]:
+    """Return the rows of a ring at one end of a candidate: medians of its outermost three columns."""
+    few = min(len(rows), 3)
+    piece = rows[:few] if side == 0 else rows[len(rows) - few :]
+    return np.median(piece[:, 2 * ring]), np.median(piece[:, 2 * ring + 1])
+
+
+@compiled
+def ring_end(
+    image: NDArray[np.uint8],
+    table: FloatArray,
+    top: float,
+    bottom: float,
+    guess: float,
+    outward: int,
+    width: float,
+) -> tuple[float, float]:
+    """Return the column (px) at which a ring ends on one side, and the weight of that; 0 for none."""
+    inset = 0.3 * (bottom - top)
+    first = math.ceil(top + inset)
+    last = max(int(bottom - inset), first + 1)
+    if first < 0 or last > image.shape[0]:
+        return guess, 0.0
+    reach = int(min(max(0.16 * width, 5.0), 14.0))
+    # Count pixels outward from well inside; beyond the picture's side there are none.
+    start = math.floor(guess) - outward * reach
+    size = 2 * reach
+    if outward > 0:
+        start = max(start, 0)
+        size = min(size, image.shape[1] - start)
+    else:
+        start = min(start, image.shape[1] - 1)
+        size = min(size, start + 1)
+    if size < 3:
+        return guess, 0.0
+    inner = max(reach // 2, 1)
+    inside = outside = area = 0.0
+    outer = max(min(size - 3 * reach // 2, inner), 1)
+    for k in range(size):
+        value = 0.0
+        for row in range(first, last):
+            value += signal(image, table, row, start + outward * k)
+        value /= last - first
+        area += value
+        if k < inner:
+            inside += value / inner
+        if k >= size - outer:
+            outside += value / outer
+    if inside - outside < max(0.3 * inside, 1e-6):
+        return guess, 0.0
+    reached = (area - size * outside) / (inside - outside)
+    place = start + reached if outward > 0 else start + 1 - reached
+    return place, (last - first) * (inside - outside)
+
+
+@compiled
+def range_and_bearing(
+    rays: FloatArray,
+    separation: FloatArray,
+    sides: FloatArray,
+    cut: int,
+    view: FloatArray,
+    heights: FloatArray,
+    out: FloatArray,
+) -> bool:
+    """Write range (m), bearing (rad), visible fraction and, as RANGE_STD, the spread of the edges (px)."""
+    radius = heights[5]
+    left = math.atan((view[1] - sides[0]) / view[0])
+    right = math.atan((view[1] - sides[1]) / view[0])
+    if left - right <= 1e-4:
+        return False
+    bearing = (left + right) / 2.0
+    distance, noise = axis_distance(rays, separation, bearing, view, heights)
+    if not distance > radius:
+        return False
+    half = math.asin(radius / distance)
+    visible = (left - right) / (2.0 * half)
+    if visible > 1.25:
+        return False
+    if visible < WHOLE or cut != 0:
+        best = np.inf
+        for side in range(2):
+            if cut & (1 << side):
+                continue
+            edge, sign = (left, -1.0) if side == 0 else (right, 1.0)
+            trial_bearing, trial_noise, trial = edge + sign * half, np.inf, distance
+            for _ in range(3):
+                trial, trial_noise = axis_distance(rays, separation, trial_bearing, view, heights)
+                if not trial > radius:
+                    trial_noise = np.inf
+                    break
+                trial_bearing = edge + sign * math.asin(radius / trial)
+            if trial_noise < best:
+                best, distance, bearing, noise = trial_noise, trial, trial_bearing, trial_noise
+        visible = (left - right) / (2.0 * math.asin(radius / distance))
+    out[RANGE], out[BEARING], out[VISIBLE], out[RANGE_STD] = distance, bearing, visible, noise
+    return True
+
+
+@compiled
+def axis_distance(
+    rays: FloatArray, separation: FloatArray, bearing: float, view: FloatArray, heights: FloatArray
 ) -> tuple[float, float]:
     """Return the range (m) of the axis at a bearing (rad), and the spread of the separations (px).
 
     With ``rho`` the way of the ray to the surface, ``delta`` its angle off the axis and R the radius,
     ``d = rho cos(delta) + sqrt(R^2 - rho^2 sin^2(delta))``.
     """
-    height = marker.bands[0].bottom - marker.bands[-1].top
-    rays = lens.bearing_from_column(columns)
-    rho = lens.focal_px * height / separation / np.cos(rays)
-    across = rho * np.sin(rays - bearing)
-    within = np.abs(across) < 0.86 * marker.radius  # the rim is too steep to be told well
-    if within.sum() < 2:
-        within = np.abs(across) < marker.radius
-    if within.sum() < 2:
-        return np.nan, np.nan
-    inner = np.sqrt(np.maximum(marker.radius**2 - across[within] ** 2, 0.0))
-    distances = rho[within] * np.cos(rays[within] - bearing) + inner
-    middle = float(np.median(distances))
-    spread = 1.4826 * float(np.median(np.abs(distances - middle)))
-    kept = distances[np.abs(distances - middle) <= 3.0 * spread + 1e-9]
-    pixels = float(np.median(separation)) / middle
-    return float(kept.mean()), float(kept.std() * pixels)
-
-
-def _stands_right(
-    fit: tuple[float, float, float, float],
-    columns: FloatArray,
-    upper: FloatArray,
-    lower: FloatArray,
-    lens: Lens,
-    marker: Marker,
-) -> bool:
-    """Whether the marker stands at its height above the ground, give or take the tilt of a camera."""
-    distance, bearing = fit[0], fit[1]
-    rays = lens.bearing_from_column(columns)
-    near = int(np.argmin(np.abs(rays - bearing)))
-    depth = max((distance - marker.radius) * np.cos(bearing), 1e-3)
-    rise = float(lens.rise_from_row((upper[near] + lower[near]) / 2.0))
-    middle = marker.base + (marker.bands[0].bottom + marker.bands[-1].top) / 2.0
-    return bool(
-        abs(np.arctan(rise) - np.arctan((middle - lens.height) / depth)) < TILT + HORIZON_SLACK / depth
-    )
-
-
-def _heading(
-    patch: _Patch,
-    columns: FloatArray,
-    upper: FloatArray,
-    lower: FloatArray,
-    axis: tuple[float, float],
-    lens: Lens,
-    marker: Marker,
-) -> tuple[float, float]:
-    """Return heading (rad) and its spread; nan for a marker without a pattern, or with a symmetric one."""
-    band = marker.patterned
-    if band is None or band.pattern is None or band.pattern.symmetric:
-        return np.nan, np.nan
-    stripes = _unrolled(patch, columns, upper, lower, marker, band)  # (n, heights)
-    facing, within = _facing(lens.bearing_from_column(columns), axis, marker)
-    if within.sum() < 2:
-        return np.nan, np.nan
-    stripes, facing = stripes[within], facing[within]
-    heading = _coarse_heading(stripes, facing, band)
-    return _voted_heading(stripes, facing, heading, band)
-
-
-HEIGHTS = 48  # samples of the patterned band from its bottom to its top
-
-
-def _unrolled(
-    patch: _Patch, columns: FloatArray, upper: FloatArray, lower: FloatArray, marker: Marker, band: Band
-) -> FloatArray:
-    """Return how much of the pattern's colour stands at each height of each column, ``(n, HEIGHTS)``."""
-    assert band.pattern is not None
-    weights = _towards(band.colour, band.pattern.colour)
-    # Blind to brightness: what the band's own colour gives is nothing.
-    ground = decode(band.colour)
-    weights = weights - ground * (weights @ ground) / (ground @ ground)
-    signal = patch.signal(weights / (decode(band.pattern.colour) @ weights))
-    level = patch.signal(ground / (ground @ ground))
-    share = (np.arange(HEIGHTS) + 0.5) / HEIGHTS
-    height = band.bottom + share * (band.top - band.bottom)
-    high, low = marker.bands[0].bottom, marker.bands[-1].top
-    rows = lower[:, None] + (height - low) / (high - low) * (upper - lower)[:, None] - patch.row
-    at = columns[:, None] - patch.column + np.zeros_like(rows)
-    # OpenCV counts pixel centres from 0.
-    x, y = (at - 0.5).astype(np.float32), (rows - 0.5).astype(np.float32)
-    stripe = cv2.remap(signal, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    white = cv2.remap(level, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    bright = np.percentile(white, 75, axis=1, keepdims=True)
-    unrolled: FloatArray = np.clip(stripe / np.maximum(bright, 1e-6), -0.3, 1.5).astype(np.float64)
-    return unrolled
-
-
-def _facing(
-    rays: FloatArray, axis: tuple[float, float], marker: Marker
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the direction (rad, lens frame) that the surface faces in each column, and which are on it."""
-    distance, bearing = axis
-    across = distance * np.sin(rays - bearing) / marker.radius
-    within = np.abs(across) < 0.93
-    # The normal of the near surface: back along the ray, turned by the angle of incidence.
-    return rays + np.pi - np.arcsin(np.clip(across, -1.0, 1.0)), within
-
-
-def _coarse_heading(stripes: FloatArray, facing: FloatArray, band: Band) -> float:
-    """Return the heading (rad), of a few dozen, whose pattern correlates best with the stripes."""
-    assert band.pattern is not None
-    trials = np.linspace(-np.pi, np.pi, 72, endpoint=False)
-    thin = slice(None, None, max(len(facing) // 16, 1))  # a coarse look needs few columns
-    stripes, facing = stripes[thin, ::2], facing[thin]
-    height = band.bottom + (np.arange(0, HEIGHTS, 2) + 0.5) / HEIGHTS * (band.top - band.bottom)
-    low, high = band.pattern.span(facing[None, :] - trials[:, None])  # (trials, n)
-    inside = (height > low[..., None]) & (height < high[..., None])
-    score = np.einsum("tnh,nh->t", inside - inside.mean(axis=(1, 2), keepdims=True), stripes)
-    return float(trials[int(np.argmax(score))])
-
-
-def _voted_heading(
-    stripes: FloatArray, facing: FloatArray, heading: float, band: Band
-) -> tuple[float, float]:
-    """Return heading (rad) and spread from every column's own vote near a coarse heading.
-
-    In each column the height of the stripe's middle is compared with that of the pattern; the
-    pattern's slope there turns the difference into an angle (one Gauss-Newton step, repeated).
-    """
-    assert band.pattern is not None
-    size = (band.top - band.bottom) / HEIGHTS
-    height = band.bottom + (np.arange(HEIGHTS) + 0.5) * size
-    step = 0.02
-    votes = weights = np.zeros(0)
-    for _ in range(4):
-        azimuth = facing - heading
-        low, high = band.pattern.span(azimuth)
-        before, after = band.pattern.span(azimuth - step), band.pattern.span(azimuth + step)
-        slope = ((after[0] + after[1]) - (before[0] + before[1])) / (4.0 * step)  # of the middle, m/rad
-        jump = np.maximum(np.abs(after[0] - before[0]), np.abs(after[1] - before[1])) > 0.004
-        # The stripe's own middle, in a window a little wider than the stripe.
-        slack = 0.35 * (high - low) + 1.5 * size
-        window = (height > (low - slack)[:, None]) & (height < (high + slack)[:, None])
-        mass = np.where(window, np.clip(stripes, 0.0, None), 0.0)
-        area = mass.sum(axis=1) * size
-        middle = (mass @ height) * size / np.maximum(area, 1e-9)
-        full = (area > 0.4 * (high - low)) & ~jump & (np.abs(slope) > 1e-4)
-        if full.sum() < 2:
-            return heading, 0.5
-        # A stripe higher than expected, where the pattern climbs, means a larger azimuth: less heading.
-        votes = -(middle - (low + high) / 2.0)[full] / slope[full]
-        weights = np.abs(slope[full]) * area[full]
-        centre = _weighted_median(votes, weights)
-        spread = 1.4826 * _weighted_median(np.abs(votes - centre), weights) + 1e-6
-        kept = np.abs(votes - centre) <= 2.5 * spread
-        change = float(np.average(votes[kept], weights=weights[kept]))
-        heading = float(wrap(heading + np.clip(change, -0.6, 0.6)))
-        if abs(change) < 1e-4:
+    radius = heights[5]
+    rho = view[0] * (heights[0] - heights[1]) / separation / np.cos(rays)
+    across = np.abs(rho * np.sin(rays - bearing))
+    for rim in (0.86, 1.0):  # near the rim the sag is too steep to be told well
+        within = across < rim * radius
+        if within.sum() >= 2:
             break
-    return heading, float(np.hypot(spread / np.sqrt(max(kept.sum(), 1)), HEADING_FLOOR))
+    if within.sum() < 2:
+        return np.nan, np.nan
+    inner = np.sqrt(np.maximum(radius * radius - across[within] ** 2, 0.0))
+    distances = rho[within] * np.cos(rays[within] - bearing) + inner
+    middle = np.median(distances)
+    spread = 1.4826 * np.median(np.abs(distances - middle))
+    kept = distances[np.abs(distances - middle) <= 3.0 * spread + 1e-9]
+    return kept.mean(), kept.std() * np.median(separation) / middle
 
 
-def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    rank = np.argsort(values, kind="stable")
-    total = np.cumsum(weights[rank])
-    return float(values[rank][int(np.searchsorted(total, total[-1] / 2.0))])
+@compiled
+def range_from_width(sides: FloatArray, view: FloatArray, heights: FloatArray, out: FloatArray) -> bool:
+    """Write range and bearing from the two tangents alone."""
+    left = math.atan((view[1] - sides[0]) / view[0])
+    right = math.atan((view[1] - sides[1]) / view[0])
+    half = (left - right) / 2.0
+    if half <= 1e-3:
+        return False
+    out[RANGE], out[BEARING], out[VISIBLE] = heights[5] / math.sin(half), (left + right) / 2.0, 1.0
+    out[RANGE_STD] = out[RANGE] * 3.0 * EDGE_FLOOR / (view[0] * half)
+    return True
 
 
-def _distinct(readings: list[Reading], marker: Marker) -> list[Reading]:
-    """Drop readings of a marker that is already read: two axes cannot be nearer than two radii."""
-    kept: list[Reading] = []
-    for reading in sorted(readings, key=lambda r: (-r.visible, r.range)):
-        place = reading.range * np.exp(1j * reading.bearing)
-        if all(abs(place - r.range * np.exp(1j * r.bearing)) > 2.0 * marker.radius for r in kept):
-            kept.append(reading)
-    return sorted(kept, key=lambda r: r.range)
+@compiled
+def complete_edges(
+    rays: FloatArray,
+    bands: int,
+    view: FloatArray,
+    heights: FloatArray,
+    out: FloatArray,
+    upper: FloatArray,
+    lower: FloatArray,
+) -> None:
+    """Write where the inner edge of the band that the picture lacks would be."""
+    for i in range(len(rays)):
+        delta = rays[i] - out[BEARING]
+        across = min(abs(out[RANGE] * math.sin(delta)), heights[5])
+        rho = out[RANGE] * math.cos(delta) - math.sqrt(heights[5] ** 2 - across * across)
+        gap = view[0] * (heights[0] - heights[1]) / max(rho * math.cos(rays[i]), 1e-3)
+        if bands == TOP_ONLY:
+            lower[i] = upper[i] + gap
+        else:
+            upper[i] = lower[i] - gap
 
 
-def _estimates(readings: list[Reading]) -> Estimates:
-    k = len(readings)
-    covariance = np.zeros((k, 3, 3))
-    for i, reading in enumerate(readings):
-        covariance[i] = np.diag(np.square(reading.std))
-        if np.isnan(reading.heading):
-            covariance[i, 2, :] = covariance[i, :, 2] = np.nan
-    return Estimates(
-        seen=np.ones(k, dtype=bool),
-        range=np.array([r.range for r in readings]),
-        bearing=np.array([r.bearing for r in readings]),
-        heading=np.array([r.heading for r in readings]),
-        covariance=covariance,
-        age=np.zeros(k),
-        track=np.full(k, -1),
-        visible=np.array([r.visible for r in readings]),
-        frame="lens",
-    )
+@compiled
+def stands_right(
+    rays: FloatArray,
+    upper: FloatArray,
+    lower: FloatArray,
+    view: FloatArray,
+    heights: FloatArray,
+    out: FloatArray,
+) -> bool:
+    """Write the drop (px); return whether it stands at its height, give or take the tilt of a camera."""
+    middle = heights[6] + (heights[0] + heights[1]) / 2.0
+    drops = np.empty(len(rays))
+    for i in range(len(rays)):
+        delta = rays[i] - out[BEARING]
+        across = min(abs(out[RANGE] * math.sin(delta)), heights[5])
+        rho = out[RANGE] * math.cos(delta) - math.sqrt(heights[5] ** 2 - across * across)
+        depth = max(rho * math.cos(rays[i]), 1e-3)
+        drops[i] = (upper[i] + lower[i]) / 2.0 - (view[2] - view[0] * (middle - view[3]) / depth)
+    out[DROP] = np.median(drops)
+    depth = max((out[RANGE] - heights[5]) * math.cos(out[BEARING]), 1e-3)
+    right: bool = abs(out[DROP]) / view[0] < TILT + HORIZON_SLACK / depth
+    return right

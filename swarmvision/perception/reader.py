@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,13 +10,14 @@ from swarmvision.camera import Lens
 from swarmvision.data import Estimates
 from swarmvision.errors import ConfigError, PictureError, unknown_name
 from swarmvision.marker import Marker
+from swarmvision.perception.edges import Plan
 from swarmvision.perception.edges import read as read_edges
+from swarmvision.perception.fit import read as read_fit
+from swarmvision.perception.model import Skin
 from swarmvision.perception.moments import read as read_moments
 
-METHODS: dict[str, Callable[[NDArray[np.uint8], Lens, Marker], Estimates]] = {
-    "edges": read_edges,
-    "moments": read_moments,
-}
+METHODS = ("edges", "fit", "moments")
+"""Closed form and fast; polished and most accurate; the paper's."""
 
 
 class Reader:
@@ -29,7 +29,8 @@ class Reader:
         Args:
             lens: That took the pictures.
             marker: That the neighbours carry.
-            method: ``edges``, our model of the marker, or ``moments``, the paper's.
+            method: ``edges``, our model of the marker in closed form; ``fit``, the same polished by
+                comparing the picture with the model's; or ``moments``, the paper's.
 
         Raises:
             ConfigError: If there is no such method.
@@ -38,7 +39,10 @@ class Reader:
             raise ConfigError(unknown_name("method", method, METHODS))
         self.lens = lens
         self.marker = marker
-        self._read = METHODS[method]
+        self._method = method
+        self._plan = Plan.of(marker)
+        self._skin = Skin.of(marker)
+        self._straight = _straightening(lens) if lens.is_distorted else None
 
     def read(self, image: NDArray[np.uint8]) -> Estimates:
         """Return the neighbours in a picture, nearest first, lens frame, shape ``(k,)``.
@@ -58,4 +62,17 @@ class Reader:
                 f"this lens takes pictures of {wanted[1]} x {wanted[0]} px in 3 channels, "
                 f"got shape {image.shape}"
             )
-        return self._read(image, self.lens, self.marker)
+        if self._straight is not None:
+            image = cv2.remap(image, *self._straight, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
+        if self._method == "moments":
+            return read_moments(image, self.lens, self.marker)
+        if self._method == "fit":
+            return read_fit(image, self.lens, self._plan, self._skin)
+        return read_edges(image, self.lens, self._plan)
+
+
+def _straightening(lens: Lens) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return where a distorted picture shows what a pinhole would show in each pixel, for OpenCV's remap."""
+    rows, columns = np.mgrid[: lens.height_px, : lens.width_px] + 0.5
+    bent = lens.distort(np.stack([columns, rows], axis=-1)) - 0.5  # OpenCV counts pixel centres from 0
+    return bent[..., 0].astype(np.float32), bent[..., 1].astype(np.float32)

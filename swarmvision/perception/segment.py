@@ -1,31 +1,36 @@
 """Pixels into the marker's colours, whatever the light.
 
-The picture is decoded to linear light, divided by the colour of its own bright and pale pixels (the
+A picture is decoded to linear light, divided by the colour of its own bright and pale pixels (the
 white of walls, floor and markers), and told apart by the direction of its chroma only. There are no
 thresholds of hue or brightness to tune: a colour is compared with the marker's own colours.
+
+Nothing is computed per pixel. What a code of one channel means under the picture's white is a table
+of 256 entries; the three steps that a pixel falls into are an address in a table of classes that the
+marker alone decides.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.colour import decode
+from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 
-Light = NDArray[np.float32]
-
-DECODE = decode(np.arange(256)).astype(np.float32)
+DECODE = decode(np.arange(256))
 SAME_HUE = 0.85  # cosine of the largest angle between a pixel's chroma and its colour's
 FADED = 0.38  # least chroma of a pixel, as a fraction of the printed colour's
 DARK = 0.06  # brightest channel of a coloured pixel, as a fraction of the picture's white
 PALE = 0.12  # largest chroma of a pixel that may tell the white
-WHITE_PERCENTILE = 90.0  # of brightness: what counts as the picture's bright part
 COLOURFUL = 0.10  # least chroma of a printed colour that hue can tell
+LEVELS = 32  # steps of one channel in the table of classes
+BRIGHTEST = 1.5  # of white: light at and above which is the last step
+SAMPLES = 56  # pixels of one row, and of one column, that tell the white
+LEAST_PALE = 16  # pixels; fewer tell no white
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,6 +41,8 @@ class Hues:
     """Chroma of each known colour, shape ``(colours, 3)``; sums to 0."""
     names: tuple[tuple[int, int, int], ...]
     """Their sRGB, in the same order."""
+    classes: NDArray[np.uint8]
+    """Class of every address: 0 for none, else 1 + the number of the colour, ``(LEVELS ** 3,)``."""
 
     @classmethod
     def of(cls, marker: Marker) -> Hues:
@@ -44,11 +51,39 @@ class Hues:
         if marker.patterned is not None and marker.patterned.pattern is not None:
             colours.append(marker.patterned.pattern.colour)
         distinct = tuple(dict.fromkeys(c for c in colours if np.linalg.norm(chroma_of(c)) >= COLOURFUL))
-        return cls(np.array([chroma_of(c) for c in distinct]).reshape(-1, 3), distinct)
+        chroma = np.array([chroma_of(c) for c in distinct]).reshape(-1, 3)
+        step = (np.arange(LEVELS) + 0.5) / LEVELS
+        light = BRIGHTEST * step * step
+        cube = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1).reshape(-1, 3)
+        return cls(chroma, distinct, classify(cube, chroma))
 
     def number(self, colour: tuple[int, int, int]) -> int | None:
         """Return the class of a colour, counted from 1; None for a grey."""
         return self.names.index(colour) + 1 if colour in self.names else None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Balance:
+    """What the codes of one picture mean under its own white."""
+
+    white: FloatArray
+    """Linear light of what is white, ``(3,)``."""
+    light: FloatArray
+    """Linear light of every code of every channel, of white, ``(3, 256)``."""
+    address: NDArray[np.int32]
+    """What every code of every channel adds to the address in the table of classes, ``(3, 256)``."""
+
+    @classmethod
+    def of(cls, image: NDArray[np.uint8]) -> Balance:
+        """Return the balance of a picture ``(h, w, 3)``."""
+        white = np.empty(3)
+        sample_white(image, DECODE, white)
+        light = DECODE[None, :] / white[:, None]
+        step = np.minimum(np.sqrt(light * (LEVELS * LEVELS / BRIGHTEST)), LEVELS - 1).astype(np.int32)
+        return cls(white, light, step * PLACES)
+
+
+PLACES = np.array([[LEVELS * LEVELS], [LEVELS], [1]], dtype=np.int32)
 
 
 def chroma_of(colour: tuple[int, int, int]) -> FloatArray:
@@ -58,46 +93,91 @@ def chroma_of(colour: tuple[int, int, int]) -> FloatArray:
     return share
 
 
-def linear(image: NDArray[np.uint8]) -> Light:
-    """Return the picture in linear light, shape ``(h, w, 3)``."""
-    light: Light = cv2.LUT(np.ascontiguousarray(image), DECODE)
-    return light.reshape(image.shape)
-
-
-def white_of(light: Light) -> Light:
-    """Return the light ``(3,)`` of what is white in the picture: its bright and pale pixels.
-
-    A picture without any pale pixel is taken as lit by its own brightest.
-    """
-    pixels = light.reshape(-1, 3)[:: max(light.shape[0] * light.shape[1] // 8192, 1)]
-    total = pixels.sum(axis=1)
-    bright = pixels[total >= np.percentile(total, 50.0)]
-    middle = np.median(bright, axis=0)
-    balanced = bright / np.maximum(middle, 1e-6)
-    share = balanced / np.maximum(balanced.sum(axis=1, keepdims=True), 1e-6) - 1.0 / 3.0
-    pale = bright[np.linalg.norm(share, axis=1) < PALE]
-    chosen = pale if len(pale) >= 16 else bright
-    level = np.percentile(chosen.sum(axis=1), WHITE_PERCENTILE) / max(float(chosen.mean(axis=0).sum()), 1e-6)
-    white: Light = np.maximum(np.median(chosen, axis=0) * level, 1e-5).astype(np.float32)
-    return white
-
-
-def classify(light: Light, white: Light, hues: Hues) -> NDArray[np.uint8]:
-    """Return the class of every pixel: 0 for none, else 1 + the index of its hue, shape ``(h, w)``."""
-    # Channel by channel: whole-picture passes over one channel are what NumPy does fastest.
-    red, green, blue = (np.ascontiguousarray(light[..., c]) / white[c] for c in range(3))
-    total = red + green + blue
-    bright = np.maximum(np.maximum(red, green), blue) > DARK
-    scale = 1.0 / np.maximum(total, 1e-6)
-    third = np.float32(1.0 / 3.0)
-    red, green, blue = red * scale - third, green * scale - third, blue * scale - third
-    strength = np.sqrt(red * red + green * green + blue * blue)
+def classify(light: FloatArray, chroma: FloatArray) -> NDArray[np.uint8]:
+    """Return the class of balanced linear light ``(..., 3)``: 0 for none, else 1 + the index of its hue."""
+    total = light.sum(axis=-1)
+    share = light / np.maximum(total, 1e-6)[..., None] - 1.0 / 3.0
+    strength = np.linalg.norm(share, axis=-1)
     classes = np.zeros(total.shape, dtype=np.uint8)
-    best = np.float32(SAME_HUE) * strength
-    for i, chroma in enumerate(hues.chroma.astype(np.float32)):
-        size = np.float32(np.linalg.norm(chroma))
-        along = (red * chroma[0] + green * chroma[1] + blue * chroma[2]) / size
-        mine = (along > best) & (strength > FADED * size) & bright
+    best = SAME_HUE * strength
+    for i, direction in enumerate(chroma):
+        size = float(np.linalg.norm(direction))
+        along = share @ direction / size
+        mine = (along > best) & (strength > FADED * size) & (light.max(axis=-1) > DARK)
         classes[mine] = i + 1
         best = np.where(mine, along, best)
     return classes
+
+
+@compiled
+def sample_white(image: NDArray[np.uint8], decode: FloatArray, white: FloatArray) -> None:
+    """Write the light ``(3,)`` of what is white in a picture: the brighter of its bright, pale pixels.
+
+    A picture without any pale pixel is taken as lit by its own brightest.
+    """
+    down = max(image.shape[0] // SAMPLES, 1)
+    across = max(image.shape[1] // SAMPLES, 1)
+    counts = np.zeros((4, 256), dtype=np.int64)
+    for v in range(down // 2, image.shape[0], down):
+        for u in range(across // 2, image.shape[1], across):
+            counts[3, _grey(image, v, u)] += 1
+    bright = _quantile(counts[3], 0.5)
+    for v in range(down // 2, image.shape[0], down):
+        for u in range(across // 2, image.shape[1], across):
+            if _grey(image, v, u) >= bright:
+                for channel in range(3):
+                    counts[channel, image[v, u, channel]] += 1
+    middle = np.empty(3)
+    for channel in range(3):
+        middle[channel] = max(decode[_quantile(counts[channel], 0.5)], 1e-6)
+    counts[3, :] = 0
+    pale = 0
+    for v in range(down // 2, image.shape[0], down):
+        for u in range(across // 2, image.shape[1], across):
+            grey = _grey(image, v, u)
+            if grey >= bright and _is_pale(image, v, u, decode, middle):
+                counts[3, grey] += 1
+                pale += 1
+    least = _quantile(counts[3], 0.75) if pale >= LEAST_PALE else bright
+    white[:] = 0.0
+    used = 0
+    for v in range(down // 2, image.shape[0], down):
+        for u in range(across // 2, image.shape[1], across):
+            if _grey(image, v, u) < least:
+                continue
+            if pale < LEAST_PALE or _is_pale(image, v, u, decode, middle):
+                used += 1
+                for channel in range(3):
+                    white[channel] += decode[image[v, u, channel]]
+    for channel in range(3):
+        white[channel] = max(white[channel] / max(used, 1), 1e-5)
+
+
+@compiled
+def _grey(image: NDArray[np.uint8], v: int, u: int) -> int:
+    grey: int = (int(image[v, u, 0]) + 2 * int(image[v, u, 1]) + int(image[v, u, 2])) >> 2
+    return grey
+
+
+@compiled
+def _is_pale(image: NDArray[np.uint8], v: int, u: int, decode: FloatArray, middle: FloatArray) -> bool:
+    red = decode[image[v, u, 0]] / middle[0]
+    green = decode[image[v, u, 1]] / middle[1]
+    blue = decode[image[v, u, 2]] / middle[2]
+    total = max(red + green + blue, 1e-6)
+    third = 1.0 / 3.0
+    off = (red / total - third) ** 2 + (green / total - third) ** 2 + (blue / total - third) ** 2
+    pale: bool = off < PALE * PALE
+    return pale
+
+
+@compiled
+def _quantile(counts: NDArray[np.int64], share: float) -> int:
+    """Return the first code at which a histogram has passed a share of its total."""
+    wanted = share * counts.sum()
+    passed = 0
+    for code in range(256):
+        passed += counts[code]
+        if passed > wanted:
+            return code
+    return 255

@@ -1,0 +1,398 @@
+"""Range, bearing and heading polished by analysis by synthesis.
+
+Each reading of :mod:`swarmvision.perception.edges` is the start of a Gauss-Newton fit of
+:mod:`swarmvision.perception.model` to the pixels. Free besides range, bearing and heading are how far
+the marker stands above or below its level, how it leans (roll, rolling shutter), the blur, the length
+of a horizontal motion blur, the evenness of the light, and all colours.
+
+Left out are the bottom edge and, below the horizon, the sides: mast, floor and the bodies of other
+robots lie behind them. Columns that something nearer hides get no weight, and pixels that the model
+cannot explain little. Where one side is hidden, both places that the marker may then have are tried.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.camera import Lens
+from swarmvision.compiled import compiled
+from swarmvision.data import Estimates
+from swarmvision.geometry import FloatArray, wrap
+from swarmvision.perception.edges import Plan, Reading, estimates, readings
+from swarmvision.perception.leastsquares import advance, weigh
+from swarmvision.perception.model import (
+    BEARING,
+    BLUR,
+    DROP,
+    FREE,
+    GROUND,
+    HEADING,
+    LOG_RANGE,
+    SMEAR,
+    Skin,
+    model,
+    smeared,
+)
+from swarmvision.perception.segment import Balance
+
+FINE = 48.0  # px between the inner edges: a nearer marker is averaged down to about this
+STEPS = 8  # most Gauss-Newton steps
+DONE = np.array([2e-5, 3e-6, 3e-4])  # of log range, bearing, heading: a smaller step ends the fit
+LIMITS = np.array([0.08, 0.02, 0.6, 6.0, 0.05, 0.4, 0.4, 0.4, 0.4, 0.4, 0.3, 3.0])  # of one step
+USUAL = np.array([0, 0, 0, 0, 0, 0.8, 0, 0, 0, 0, 0, 0], dtype=np.float64)
+LOOSE = np.array([9.0, 9.0, 99.0, 99.0, 0.04, 0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 20.0])
+"""Mean and standard deviation of what is known before: blur and smear (px), lean, evenness of the light."""
+LEAST_PIXELS = 30  # for 12 parameters and the colours
+THIN = 3  # of the pixels that no edge is near, one in so many is used
+SMEARED = 4.5  # px: a motion blur shorter than this is left to the even blur
+BLURRED_WHOLE = 0.75  # visible fraction from which a smeared marker is taken as whole
+LONGEST_SMEAR = 40.0  # px
+CLEAR_SIDE = 1.5  # px: a tangent farther than this beyond the last column that is seen is hidden
+BESIDE = 2.5  # px beside what hides, and beside an end that is hidden, that are not used either
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fit:
+    """Where a fit ended."""
+
+    theta: FloatArray
+    covariance: FloatArray
+    """Of range (m), bearing and heading (rad) by the pixels alone, ``(3, 3)``."""
+    misfit: float
+    """Standard deviation of the residuals, of white."""
+
+
+def read(image: NDArray[np.uint8], lens: Lens, plan: Plan, skin: Skin) -> Estimates:
+    """Return the neighbours in a picture ``(h, w, 3)``, nearest first, lens frame, shape ``(k,)``."""
+    balance = Balance.of(image)
+    started = readings(image, balance, lens, plan)
+    smear = smear_of(image, balance.light, lens, skin, started)
+    found = [
+        polished(image, balance, lens, skin, reading, started[:i], smear) for i, reading in enumerate(started)
+    ]
+    return estimates(sorted(found, key=lambda r: r.range))
+
+
+def polished(
+    image: NDArray[np.uint8],
+    balance: Balance,
+    lens: Lens,
+    skin: Skin,
+    start: Reading,
+    nearer: list[Reading],
+    smear: float,
+) -> Reading:
+    """Return a reading made better; the same one where too little of the marker can be seen to fit.
+
+    Args:
+        image: sRGB, ``(h, w, 3)``.
+        balance: Of the picture.
+        lens: That took it.
+        skin: Of the marker.
+        start: From :mod:`swarmvision.perception.edges`.
+        nearer: Readings of markers that may stand before it.
+        smear: Length of the picture's motion blur (px).
+    """
+    hidden = np.zeros(lens.width_px, dtype=bool)
+    for other in nearer:
+        left, right = tangents(lens, skin, other.range, other.bearing)
+        hidden[max(int(left - BESIDE), 0) : max(int(right + BESIDE) + 1, 0)] = True
+    if smear > 0.0 and start.visible > BLURRED_WHOLE:
+        start = replace(start, whole=True)
+    best: tuple[Fit, Reading] | None = None
+    for trial in _hypotheses(start, lens, skin):
+        blind = hidden.copy()
+        left, right = tangents(lens, skin, trial.range, trial.bearing)
+        if not start.whole and left < start.left - CLEAR_SIDE:
+            blind[: max(int(start.left + BESIDE), 0)] = True
+        if not start.whole and right > start.right + CLEAR_SIDE:
+            blind[max(int(start.right - BESIDE), 0) :] = True
+        fit = fitted(image, balance.light, lens, skin, trial, blind, smear)
+        if fit is not None and (best is None or fit.misfit < best[0].misfit):
+            best = fit, trial
+    if best is None or not _credible(best[0], start, skin):
+        return start
+    return _as_reading(best[0], start, lens, skin)
+
+
+def tangents(lens: Lens, skin: Skin, distance: float, bearing: float) -> tuple[float, float]:
+    """Return the columns (px) between which a marker stands."""
+    half = math.asin(min(skin.radius / distance, 0.999))
+    limit = math.pi / 2.0 - 1e-3
+    left, right = min(bearing + half, limit), max(bearing - half, -limit)
+    centre = lens.centre_px[0]
+    return centre - lens.focal_px * math.tan(left), centre - lens.focal_px * math.tan(right)
+
+
+def _hypotheses(start: Reading, lens: Lens, skin: Skin) -> list[Reading]:
+    """Return the places that a marker may have: where one side is hidden, it may be either."""
+    if start.whole:
+        return [start]
+    half = math.asin(min(skin.radius / start.range, 0.999))
+    left, right = lens.bearing_from_column([start.left, start.right])
+    trials = []
+    if start.left > 1.5:
+        trials.append(replace(start, bearing=float(left) - half))
+    if start.right < lens.width_px - 1.5:
+        trials.append(replace(start, bearing=float(right) + half))
+    return trials or [start]
+
+
+def _credible(fit: Fit, start: Reading, skin: Skin) -> bool:
+    """Whether a fit is of the marker that it started from."""
+    distance, bearing = math.exp(fit.theta[LOG_RANGE]), float(fit.theta[BEARING])
+    across = abs(bearing - start.bearing) * start.range
+    freedom = 0.5 if start.whole else 1.6
+    return (
+        bool(np.all(np.isfinite(fit.theta)))
+        and bool(np.all(np.isfinite(fit.covariance[:2, :2])))
+        and abs(math.log(distance / start.range)) < 0.12 * (1.0 if start.whole else 2.0)
+        and across < freedom * skin.radius
+    )
+
+
+def _as_reading(fit: Fit, start: Reading, lens: Lens, skin: Skin) -> Reading:
+    distance, bearing = math.exp(fit.theta[LOG_RANGE]), float(fit.theta[BEARING])
+    left, right = tangents(lens, skin, distance, bearing)
+    seen = min(start.right, right) - max(start.left, left)
+    visible = 1.0 if start.whole else min(max(seen / (right - left), 0.0), 1.0)
+    return replace(
+        start,
+        range=distance,
+        bearing=bearing,
+        heading=float(wrap(fit.theta[HEADING])) if skin.told else math.nan,
+        covariance=fit.covariance,
+        visible=visible,
+        drop=float(fit.theta[DROP]),
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Patch:
+    """The pixels of one marker: a grid for the model, and which of its places are fitted."""
+
+    columns: FloatArray
+    """Of every place of the grid (px), ``(n,)``, column by column."""
+    rows: FloatArray
+    values: FloatArray
+    """Balanced linear light of those that are fitted, ``(3, kept)``."""
+    kept: NDArray[np.int64]
+    """Their places in the grid."""
+    step: int
+    """Picture pixels in one of the grid, each way."""
+    high: int
+    """Places in one column of the grid."""
+
+
+def fitted(
+    image: NDArray[np.uint8],
+    light: FloatArray,
+    lens: Lens,
+    skin: Skin,
+    start: Reading,
+    hidden: NDArray[np.bool_],
+    smear: float,
+) -> Fit | None:
+    """Return the fit of one marker; None where too little of it can be seen.
+
+    Args:
+        image: sRGB, ``(h, w, 3)``.
+        light: Balanced linear light of every code of every channel, ``(3, 256)``.
+        lens: That took it.
+        skin: Of the marker.
+        start: Where to start.
+        hidden: Columns of the picture that show something else, ``(w,)``.
+        smear: Length of the picture's motion blur (px), to start from; 0 for none.
+    """
+    patch = _cut(image, light, lens, skin, start, hidden, smear)
+    if patch is None:
+        return None
+    depth = (start.range - skin.radius) * math.cos(start.bearing)
+    view = np.array([lens.focal_px, *lens.centre_px, lens.height])
+    frame = np.array(
+        [
+            lens.centre_px[1] + start.drop - lens.focal_px * (skin.middle - lens.height) / depth,
+            lens.focal_px * skin.inner / depth / 2.0,
+            float(patch.step),
+            float(patch.step),
+        ]
+    )
+    theta = USUAL.copy()
+    theta[[LOG_RANGE, BEARING, HEADING, DROP]] = (
+        math.log(start.range),
+        start.bearing,
+        start.heading,
+        start.drop,
+    )
+    free = np.ones(FREE, dtype=bool)
+    free[SMEAR] = smear > 0.0
+    theta[SMEAR] = smear
+    if not skin.told:
+        theta[HEADING] = 0.0
+        free[HEADING] = False
+    elif math.isnan(start.heading):
+        return None
+    return _descend(theta, free, patch, view, frame, skin)
+
+
+def _descend(
+    theta: FloatArray, free: NDArray[np.bool_], patch: _Patch, view: FloatArray, frame: FloatArray, skin: Skin
+) -> Fit | None:
+    """Return where Gauss-Newton steps on the parameters, with the colours projected out, end."""
+    width = skin.colours + GROUND
+    places = len(patch.columns)
+    sizes = np.array([skin.radius, skin.top])
+    colours = np.zeros((3, width))
+    grid = np.empty((3, places, width + FREE + 1))
+    used = np.empty(places, dtype=np.int64)
+    out = np.empty((3, len(patch.kept), width + FREE + 1)) if free[SMEAR] else grid
+    grams = np.empty((3, width + FREE + 1, width + FREE + 1))
+    delta, covariance = np.zeros(FREE), np.empty((FREE, FREE))
+    misfit = 0.0
+    for step in range(STEPS + 1):
+        count = model(
+            theta, colours, view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, frame,
+            patch.columns, patch.rows, 1 if free[SMEAR] else THIN, grid, used,
+        )  # fmt: skip
+        if free[SMEAR]:
+            smeared(grid, patch.kept, patch.high, theta[SMEAR] / patch.step, colours, out)
+            out[:, :, width + SMEAR] /= patch.step
+            count = len(patch.kept)
+            used[:count] = np.arange(count)
+        misfit = weigh(out, count, used, patch.values, colours, misfit)
+        for channel in range(3):
+            rows = out[channel, :count]
+            np.dot(rows.T, rows, out=grams[channel])
+        if not advance(
+            grams, width, free, theta, USUAL, LOOSE, misfit, step == 0, colours, delta, covariance
+        ):
+            return None
+        if step == 0:
+            continue
+        delta *= min(1.0, float(np.min(LIMITS / np.maximum(np.abs(delta), 1e-12))))
+        theta += delta
+        theta[BLUR] = min(max(theta[BLUR], 0.3), 4.0)
+        if free[SMEAR]:
+            theta[SMEAR] = min(max(theta[SMEAR], 1.0), LONGEST_SMEAR)
+        if np.all(np.abs(delta[:3]) < DONE):
+            break
+    covariance = covariance[:3, :3] * misfit**2
+    if not free[HEADING]:
+        covariance[2, :] = covariance[:, 2] = np.nan
+    scale = np.array([math.exp(theta[LOG_RANGE]), 1.0, 1.0])
+    return Fit(theta, covariance * scale * scale[:, None], misfit)
+
+
+def _cut(
+    image: NDArray[np.uint8],
+    light: FloatArray,
+    lens: Lens,
+    skin: Skin,
+    start: Reading,
+    hidden: NDArray[np.bool_],
+    smear: float,
+) -> _Patch | None:
+    """Return the pixels that show the marker or, above the horizon, what is beside it."""
+    focal, (centre_u, centre_v) = lens.focal_px, lens.centre_px
+    left, right = tangents(lens, skin, start.range, start.bearing)
+    depth = (start.range - skin.radius) * math.cos(start.bearing)
+    step = max(1, round(focal * skin.inner / depth / FINE))
+    margin = 3 + step + math.ceil(smear / 2.0)
+    horizon = centre_v + start.drop
+    top = horizon - focal * (skin.top - lens.height) / depth
+    foot = horizon - focal * (skin.base - lens.height) / depth
+    first_u, last_u = max(math.floor(left) - margin, 0), min(math.ceil(right) + margin, lens.width_px)
+    first_v, last_v = max(math.floor(top) - 3 - step, 0), min(math.ceil(foot), lens.height_px)
+    wide, high = (last_u - first_u) // step, (last_v - first_v) // step
+    if wide < 3 or high < 4:
+        return None
+    values = np.empty((3, wide, high))
+    gather(image, light, first_u, first_v, step, wide, high, values)
+    u = first_u + (np.arange(wide, dtype=np.float64) + 0.5) * step
+    v = first_v + (np.arange(high, dtype=np.float64) + 0.5) * step
+    inset = 0.03 * (right - left)
+    m = (centre_u - np.clip(u, left + inset, right - inset)) / focal
+    a, b = 1.0 + m * m, start.range * (math.cos(start.bearing) + m * math.sin(start.bearing))
+    x = (b - np.sqrt(np.maximum(b * b - a * (start.range**2 - skin.radius**2), 0.0))) / a
+    soft = 2.5 + 0.5 * step
+    lowest = horizon - focal * (skin.base - lens.height) / x - soft
+    kept = v[None, :] < lowest[:, None]
+    side = soft + smear / 2.0
+    beside = (u < left + side) | (u > right - side)
+    kept &= ~beside[:, None] | (v[None, :] < horizon - 1.0)
+    spread = math.ceil(smear / 2.0)
+    for shift in range(-spread, step + spread):
+        at = np.clip(first_u + shift + np.arange(wide) * step, 0, lens.width_px - 1)
+        kept &= ~hidden[at][:, None]
+    if kept.sum() < LEAST_PIXELS:
+        return None
+    if smear <= 0.0:
+        i, j = np.nonzero(kept)
+        return _Patch(u[i], v[j], values[:, i, j], np.arange(len(i)), step, high)
+    # The model needs columns from which light is smeared in, too.
+    more = math.ceil(0.75 * smear / step) + 2
+    u = first_u + (np.arange(-more, wide + more, dtype=np.float64) + 0.5) * step
+    i, j = np.nonzero(kept)
+    places = (i + more) * high + j
+    return _Patch(np.repeat(u, high), np.tile(v, len(u)), values[:, i, j], places, step, high)
+
+
+def smear_of(
+    image: NDArray[np.uint8], light: FloatArray, lens: Lens, skin: Skin, found: list[Reading]
+) -> float:
+    """Return the length (px) of a picture's horizontal motion blur by its markers' sides; 0 for a short one.
+
+    A step that is smeared over L px climbs by its height over L per px.
+    """
+    lengths = []
+    for reading in found:
+        depth = (reading.range - skin.radius) * math.cos(reading.bearing)
+        horizon = lens.centre_px[1] + reading.drop
+        top, under = (
+            horizon - lens.focal_px * (height - lens.height) / depth for height in (skin.top, skin.heights[0])
+        )
+        inset = 0.3 * (under - top)
+        first, last = math.ceil(top + inset), max(int(under - inset), math.ceil(top + inset) + 1)
+        reach = int(min(0.45 * (reading.right - reading.left), 24.0))
+        if first < 0 or last > lens.height_px or reach < 5:
+            continue
+        for side in (reading.left, reading.right):
+            begin = math.floor(side) - reach
+            if begin < 0 or begin + 2 * reach > lens.width_px:
+                continue
+            strip = np.empty((3, 2 * reach, last - first))
+            gather(image, light, begin, first, 1, 2 * reach, last - first, strip)
+            profile = strip.mean(axis=2)
+            few = max(reach // 3, 2)
+            contrast = profile[:, -few:].mean(axis=1) - profile[:, :few].mean(axis=1)
+            size = float(contrast @ contrast)
+            if size > 0.01:
+                climb = contrast @ (profile[:, 2:] - profile[:, :-2]) / (2.0 * size)
+                lengths.append(1.0 / max(float(climb.max()), 1e-3))
+    length = float(np.median(lengths)) if lengths else 0.0
+    return min(length, LONGEST_SMEAR) if length >= SMEARED else 0.0
+
+
+@compiled
+def gather(
+    image: NDArray[np.uint8],
+    light: FloatArray,
+    left: int,
+    top: int,
+    step: int,
+    columns: int,
+    rows: int,
+    out: FloatArray,
+) -> None:
+    """Average ``step`` x ``step`` pixels in balanced linear light into ``out``, ``(3, columns, rows)``."""
+    share = 1.0 / (step * step)
+    out[:] = 0.0
+    for j in range(rows * step):
+        for i in range(columns * step):
+            v, u = top + j, left + i
+            for channel in range(3):
+                out[channel, i // step, j // step] += share * light[channel, image[v, u, channel]]

@@ -1,0 +1,372 @@
+"""What a picture of a marker should look like, pixel by pixel, and how that changes.
+
+The model of one pixel, in balanced linear light, is
+
+    cover * shade * sum_k colour_k * share_k(row) + (1 - cover) * background
+
+* ``share_k``: how much of the pixel shows colour ``k``; the edges between bands, and of the pattern,
+  stand where the exact geometry of the cylinder puts them, and are as soft as the blur makes them.
+* ``cover``: the two tangents and the top edge, equally soft. The bottom edge is left out.
+* ``shade``: 1, sin, cos, sin cos and sin^2 of the angle across the cylinder, and linear in height.
+* Colours, and a background that changes evenly from side to side and from row to row, are linear.
+
+It shares nothing with the renderers of the simulator but :func:`swarmvision.marker.pattern_edges`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.compiled import compiled
+from swarmvision.geometry import FloatArray
+from swarmvision.marker import Marker, pattern_edges
+
+# The parameters, in their order.
+LOG_RANGE, BEARING, HEADING, DROP, LEAN, BLUR, SIN, COS, SIN_COS, SIN_SQUARE, RISE, SMEAR = range(12)
+FREE = 12
+GROUND = 3  # basis functions of the background: left, right, growing upwards
+SOFTNESS = math.sqrt(7.0)  # half width of the soft step over its standard deviation
+RIM = 0.985  # of the radius: farther out the surface is seen as if here
+
+
+@compiled
+def soft_step(t: float) -> float:
+    """Return the integral of the biweight kernel, 0 below -1 and 1 above 1; nearly Gauss's, but finite."""
+    if t <= -1.0:
+        return 0.0
+    if t >= 1.0:
+        return 1.0
+    s = t * t
+    return 0.5 + t * (0.9375 - s * (0.625 - 0.1875 * s))
+
+
+@compiled
+def soft_slope(t: float) -> float:
+    """Return the derivative of :func:`soft_step`."""
+    if t <= -1.0 or t >= 1.0:
+        return 0.0
+    s = 1.0 - t * t
+    return 0.9375 * s * s
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Skin:
+    """A marker as the kernel wants it: edges from the top down, and which colour lies below each."""
+
+    top: float
+    """Height of the top edge above the ground (m)."""
+    radius: float
+    heights: FloatArray
+    """Of the edges above the ground (m); those of the pattern are nan, shape ``(edges,)``."""
+    kinds: NDArray[np.int64]
+    """0 for an edge between bands, 1 and 2 for the pattern's high and low one, shape ``(edges,)``."""
+    inks: NDArray[np.int64]
+    """Number of the colour above the first edge, then below each, shape ``(edges + 1,)``."""
+    knots: FloatArray
+    colours: int
+    """How many different colours there are."""
+    base: float
+    """Height of the bottom edge above the ground (m)."""
+    middle: float
+    """Height (m) half way between the two inner edges of top and bottom band."""
+    inner: float
+    """Distance (m) of those edges."""
+    told: bool
+    """Whether the pattern tells the heading."""
+
+    @classmethod
+    def of(cls, marker: Marker) -> Skin:
+        """Return the skin of a marker."""
+        palette: dict[tuple[int, int, int], int] = {}
+
+        def ink(colour: tuple[int, int, int]) -> int:
+            return palette.setdefault(colour, len(palette))
+
+        heights: list[float] = []
+        kinds: list[int] = []
+        inks: list[int] = []
+        knots = np.zeros((2, 3))
+        for band in marker.bands:
+            if inks:
+                heights.append(band.top)
+                kinds.append(0)
+            inks.append(ink(band.colour))
+            if band.pattern is not None:
+                heights += [np.nan, np.nan]
+                kinds += [1, 2]
+                inks += [ink(band.pattern.colour), ink(band.colour)]
+                knots = band.pattern.knots + np.array([0.0, marker.base, marker.base])
+        high, low = marker.bands[0].bottom, marker.bands[-1].top
+        carrier = marker.patterned
+        return cls(
+            top=marker.base + marker.height,
+            radius=marker.radius,
+            heights=np.array(heights) + marker.base,
+            kinds=np.array(kinds, dtype=np.int64),
+            inks=np.array(inks, dtype=np.int64),
+            knots=knots,
+            colours=len(palette),
+            base=marker.base,
+            middle=marker.base + (high + low) / 2.0,
+            inner=high - low,
+            told=carrier is not None and carrier.pattern is not None and not carrier.pattern.symmetric,
+        )
+
+
+@compiled
+def model(
+    theta: FloatArray,
+    colours: FloatArray,
+    view: FloatArray,
+    sizes: FloatArray,
+    heights: FloatArray,
+    kinds: NDArray[np.int64],
+    inks: NDArray[np.int64],
+    knots: FloatArray,
+    frame: FloatArray,
+    columns: FloatArray,
+    rows: FloatArray,
+    thin: int,
+    out: FloatArray,
+    used: NDArray[np.int64],
+) -> int:
+    """Write the linear basis and the derivatives of the model at every pixel; return at how many.
+
+    Args:
+        theta: The parameters, shape ``(12,)``.
+        colours: Light of each colour, then of the background's basis, ``(3, colours + 3)``.
+        view: Focal length, principal column and row (px), lens height (m).
+        sizes: Radius, height of the top edge, of the middle above the ground (m).
+        heights: As in :class:`Skin`, like kinds, inks and knots.
+        kinds: See there.
+        inks: See there.
+        knots: See there.
+        frame: Middle row and half of the height of the marker (px), footprint of a pixel across and
+            down (px).
+        columns: Of the pixels (px), equal ones in a row, shape ``(n,)``.
+        rows: Of the pixels (px), shape ``(n,)``.
+        thin: Where no edge is near, only every so many-th pixel is used.
+        out: Basis, derivatives and room for a residual, of each channel, ``(3, n, colours + 3 + 12 + 1)``.
+        used: Which pixels are written, in their order, ``(n,)``.
+    """
+    edges = len(kinds)
+    count = colours.shape[1] - GROUND
+    width = count + GROUND
+    row_at, soft, slope_u = np.empty(edges + 1), np.empty(edges + 1), np.empty(edges + 1)
+    by = np.zeros((edges + 1, 5))  # row of an edge by range, bearing, heading, drop, lean
+    mix = np.empty(count)
+    distance = math.exp(theta[LOG_RANGE])
+    bearing = theta[BEARING]
+    radius = sizes[0]
+    axis_x, axis_y = distance * math.cos(bearing), distance * math.sin(bearing)
+    half = math.asin(min(radius / distance, 0.999))
+    half_by_range = -radius / math.sqrt(max(distance * distance - radius * radius, 1e-12))  # times d
+    tan_left, tan_right = math.tan(bearing + half), math.tan(bearing - half)
+    left, right = view[1] - view[0] * tan_left, view[1] - view[0] * tan_right
+    left_by_bearing = -view[0] * (1.0 + tan_left * tan_left)
+    right_by_bearing = -view[0] * (1.0 + tan_right * tan_right)
+    left_by_range, right_by_range = left_by_bearing * half_by_range, -right_by_bearing * half_by_range
+    blur = theta[BLUR]
+    across_var = blur * blur + frame[2] * frame[2] / 12.0
+    down_var = blur * blur + frame[3] * frame[3] / 12.0
+    soft_u = SOFTNESS * math.sqrt(across_var)
+    soft_u_by_blur = 7.0 * blur / soft_u
+    last = np.nan
+    sine = cosine = 0.0
+    n = 0
+    for pixel in range(len(columns)):
+        u = columns[pixel]
+        if u != last:
+            last = u
+            # The surface that this column sees; beyond the rim, the rim's.
+            middle, reach = 0.5 * (left + right), 0.5 * RIM * (right - left)
+            at = min(max(u, middle - reach), middle + reach)
+            m = (view[1] - at) / view[0]
+            a = 1.0 + m * m
+            b = axis_x + m * axis_y
+            c = distance * distance - radius * radius
+            x = (b - math.sqrt(max(b * b - a * c, 1e-12))) / a
+            nx, ny = (x - axis_x) / radius, (m * x - axis_y) / radius
+            size = math.hypot(nx, ny)
+            nx, ny = nx / size, ny / size
+            ray = nx + m * ny  # towards the lens: negative
+            ray = min(ray, -0.05)
+            # Of depth x and of the direction of the normal, by range (times d), bearing and column.
+            x_by_range = (nx * axis_x + ny * axis_y) / ray
+            x_by_bearing = (-nx * axis_y + ny * axis_x) / ray
+            x_by_u = (x * ny / ray) / view[0]
+            turn_by_range = (nx * (m * x_by_range - axis_y) - ny * (x_by_range - axis_x)) / radius
+            turn_by_bearing = (nx * (m * x_by_bearing - axis_x) - ny * (x_by_bearing + axis_y)) / radius
+            turn_by_u = (nx * (m * x_by_u - x / view[0]) - ny * x_by_u) / radius
+            ray_angle = math.atan(m)
+            sine = -(nx * math.sin(ray_angle) - ny * math.cos(ray_angle)) * 1.0
+            sine = min(max(sine, -1.0), 1.0)
+            cosine = math.sqrt(1.0 - sine * sine)
+            azimuth = math.atan2(ny, nx) - theta[HEADING]
+            low, high, low_slope, high_slope = pattern_edges(knots, azimuth)
+            for e in range(edges + 1):
+                steep = 0.0
+                z = sizes[1]
+                if e < edges:
+                    z = heights[e]
+                    if kinds[e] == 1:
+                        z, steep = high, high_slope
+                    elif kinds[e] == 2:
+                        z, steep = low, low_slope
+                up = view[0] * (z - view[3]) / (x * x)
+                lift = -view[0] * steep / x
+                row_at[e] = view[2] + theta[DROP] - view[0] * (z - view[3]) / x
+                tilt = up * x_by_u + lift * turn_by_u
+                slope_u[e] = tilt
+                by[e, 0] = up * x_by_range + lift * turn_by_range
+                by[e, 1] = up * x_by_bearing + lift * turn_by_bearing
+                by[e, 2] = -lift
+                by[e, 3] = 1.0
+                by[e, 4] = -tilt * (row_at[e] - frame[0])
+                row_at[e] += theta[LEAN] * by[e, 4]
+                soft[e] = SOFTNESS * math.sqrt(down_var + min(tilt * tilt, 25.0) * across_var)
+        v = rows[pixel]
+        down = v - frame[0]
+        side = u - theta[LEAN] * down
+        t_left, t_right = (side - left) / soft_u, (side - right) / soft_u
+        t_top = (v - row_at[edges]) / soft[edges]
+        on_left, on_right, on_top = soft_step(t_left), 1.0 - soft_step(t_right), soft_step(t_top)
+        cover = on_left * on_right * on_top
+        if thin > 1 and cover == 1.0 and pixel % thin != 0:
+            near = False
+            for e in range(edges):
+                near = near or abs(v - row_at[e]) < soft[e]
+            if not near:
+                continue
+        rise = -down / frame[1]
+        shade = (
+            1.0
+            + theta[SIN] * sine
+            + theta[COS] * cosine
+            + theta[SIN_COS] * sine * cosine
+            + theta[SIN_SQUARE] * sine * sine
+            + theta[RISE] * rise
+        )
+        for k in range(count):
+            mix[k] = 0.0
+        mix[inks[0]] = 1.0
+        for j in range(FREE):
+            for channel in range(3):
+                out[channel, n, width + j] = 0.0
+        for e in range(edges):
+            t = (v - row_at[e]) / soft[e]
+            if t <= -1.0:
+                continue
+            part = soft_step(t)
+            mix[inks[e]] -= part
+            mix[inks[e + 1]] += part
+            if t >= 1.0:
+                continue
+            slope = soft_slope(t) / soft[e] * cover * shade
+            tilt = slope_u[e]
+            wider = -slope * t * 7.0 * blur * (1.0 + min(tilt * tilt, 25.0)) / soft[e]
+            for channel in range(3):
+                step = colours[channel, inks[e + 1]] - colours[channel, inks[e]]
+                for j in range(5):
+                    out[channel, n, width + j] -= step * slope * by[e, j]
+                out[channel, n, width + BLUR] += step * wider
+        share = min(max((right - u) / (right - left), 0.0), 1.0)
+        away = 1.0 - cover
+        by_left = -soft_slope(t_left) / soft_u * on_right * on_top
+        by_right = soft_slope(t_right) / soft_u * on_left * on_top
+        by_top = -soft_slope(t_top) / soft[edges] * on_left * on_right
+        for channel in range(3):
+            value = 0.0
+            for k in range(count):
+                value += colours[channel, k] * mix[k]
+                out[channel, n, k] = mix[k] * cover * shade
+            behind = (
+                colours[channel, count] * share
+                + colours[channel, count + 1] * (1.0 - share)
+                + colours[channel, count + 2] * rise
+            )
+            out[channel, n, count] = share * away
+            out[channel, n, count + 1] = (1.0 - share) * away
+            out[channel, n, count + 2] = rise * away
+            bare = value * cover
+            out[channel, n, width + SIN] = bare * sine
+            out[channel, n, width + COS] = bare * cosine
+            out[channel, n, width + SIN_COS] = bare * sine * cosine
+            out[channel, n, width + SIN_SQUARE] = bare * sine * sine
+            out[channel, n, width + RISE] = bare * rise
+            if away > 0.0:
+                contrast = value * shade - behind
+                out[channel, n, width + LOG_RANGE] += contrast * (
+                    by_left * left_by_range + by_right * right_by_range + by_top * by[edges, 0]
+                )
+                out[channel, n, width + BEARING] += contrast * (
+                    by_left * left_by_bearing + by_right * right_by_bearing + by_top * by[edges, 1]
+                )
+                out[channel, n, width + DROP] += contrast * by_top
+                out[channel, n, width + LEAN] += contrast * (
+                    (by_left + by_right) * down + by_top * by[edges, 4]
+                )
+                out[channel, n, width + BLUR] += contrast * (
+                    (by_left * t_left + by_right * t_right) * soft_u_by_blur
+                    + by_top * t_top * 7.0 * blur / soft[edges]
+                )
+        used[n] = pixel
+        n += 1
+    return n
+
+
+@compiled
+def smeared(
+    grid: FloatArray,
+    kept: NDArray[np.int64],
+    high: int,
+    length: float,
+    colours: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Spread every place of the grid over ``length`` columns, and add the derivative by the length.
+
+    Args:
+        grid: From :func:`model`, column by column, ``(3, n, colours + 3 + 12)``.
+        kept: Places to write, ``(kept,)``.
+        high: Places in one column.
+        length: Of the box (columns).
+        colours: As in :func:`model`.
+        out: ``(3, kept, colours + 3 + 12)``.
+    """
+    width = colours.shape[1]
+    reach = math.ceil(length / 2.0 + 0.5)
+    share, by_length = np.zeros(2 * reach + 1), np.zeros(2 * reach + 1)
+    for offset in range(-reach, reach + 1):
+        near, far = abs(offset) - 0.5, abs(offset) + 0.5
+        inside = min(far, length / 2.0) - max(near, -length / 2.0)
+        inside = max(inside, 0.0)
+        grows = 0.0
+        if near < length / 2.0 < far:
+            grows = 0.5
+            if offset == 0:
+                grows = 1.0
+        share[offset + reach] = inside / length
+        by_length[offset + reach] = grows / length - inside / (length * length)
+    total = grid.shape[2] - 1
+    for channel in range(3):
+        for n in range(len(kept)):
+            for w in range(total):
+                out[channel, n, w] = 0.0
+            slope = 0.0
+            for offset in range(-reach, reach + 1):
+                part = share[offset + reach]
+                place = kept[n] + offset * high
+                if part == 0.0 and by_length[offset + reach] == 0.0:
+                    continue
+                value = 0.0
+                for w in range(width):
+                    value += colours[channel, w] * grid[channel, place, w]
+                slope += by_length[offset + reach] * value
+                for w in range(total):
+                    out[channel, n, w] += part * grid[channel, place, w]
+            out[channel, n, width + SMEAR] = slope
