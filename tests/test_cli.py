@@ -130,7 +130,7 @@ def test_detect_refuses_a_picture_of_another_camera(picture: Path) -> None:
 def test_an_unknown_camera_marker_or_method_is_named(picture: Path) -> None:
     assert "unknown camera 'pi-v9'; did you mean" in refused("detect", picture, "--camera", "pi-v9")
     assert "unknown marker 'helix'" in refused("detect", picture, "--marker", "helix")
-    assert "unknown method 'fit'" in refused("detect", picture, "--method", "fits")
+    assert "unknown method 'fits'" in refused("detect", picture, "--method", "fits")
 
 
 def test_an_unknown_setting_is_answered_with_the_nearest(tmp_path: Path) -> None:
