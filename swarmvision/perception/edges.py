@@ -19,7 +19,7 @@ see :mod:`swarmvision.perception.moments`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,24 +29,34 @@ from swarmvision.colour import decode
 from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray
-from swarmvision.marker import Marker
+from swarmvision.marker import Band, Marker
 from swarmvision.perception.detect import BOTH, TOP_ONLY, Candidate, Proportions, candidates
 from swarmvision.perception.heading import heading_of
 from swarmvision.perception.segment import Balance, Hues, chroma_of
 
 MOST_COLUMNS = 32  # of one marker that are measured
 WHOLE = 0.955  # measured over expected width from which both tangents are taken as real
-EDGE_FLOOR = 0.03  # px: error of an edge that no averaging removes
+# What no averaging removes, measured on rendered pictures with noise, blur and compression (px).
+EDGE_FLOOR = 0.03  # of an inner edge,
+THIN_EDGE, THICK, THIN = (
+    0.15,
+    7.0,
+    5.0,
+)  # and of a thin ring: from 7 px on, full at 5 px
+SIDE_FLOOR = 0.11  # of a tangent
+HIDDEN = 4.0  # times as much where one tangent is hidden
+NEARBY = 3  # px: how far off a coarse row may be
+STEP_SLACK = 0.8  # px by which the separation may change between neighbouring columns of one marker,
+STEP_SHARE = 0.05  # and by which share of itself
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
 LEAST_SEPARATION = 2.0  # px between the inner edges; less tells nothing
 PALE_ENOUGH = 0.55  # share of the middle zone that must look like the marker
+BESIDE = 4.0  # px: an end as near to a nearer marker's side is hidden by it
 HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
 PROBES = 15  # heights of the middle zone that are looked at
 UPPER, LOWER, TOP_RING, BOTTOM_RING, STRIPE, GROUND, TOTAL = range(7)  # directions of colour
 # What the kernel writes of a marker.
-RANGE, BEARING, HEADING, RANGE_STD, BEARING_STD, HEADING_STD, VISIBLE, DROP, LEFT, RIGHT, MIDDLE_PX = range(
-    11
-)
+RANGE, BEARING, HEADING, RANGE_STD, BEARING_STD, HEADING_STD, VISIBLE, DROP, LEFT, RIGHT, SPLIT = range(11)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,8 +82,8 @@ class Plan:
         """Return the plan for a marker."""
         hues = Hues.of(marker)
         directions = np.zeros((7, 3))
-        directions[UPPER] = _towards(marker.bands[0].colour, marker.bands[1].colour)
-        directions[LOWER] = _towards(marker.bands[-2].colour, marker.bands[-1].colour)
+        directions[UPPER] = _inner_direction(marker.bands[0], marker.bands[1])
+        directions[LOWER] = -_inner_direction(marker.bands[-1], marker.bands[-2])
         for place, band in ((TOP_RING, marker.bands[0]), (BOTTOM_RING, marker.bands[-1])):
             chroma = chroma_of(band.colour)
             directions[place] = chroma / max(float(np.linalg.norm(chroma)), 1e-9)
@@ -124,6 +134,8 @@ class Reading:
     """Columns (px) between which it is seen."""
     whole: bool
     """Whether both tangents are seen."""
+    covered: int
+    """Which ends stand at a nearer marker: 1 the left, 2 the right."""
 
 
 def read(image: NDArray[np.uint8], lens: Lens, plan: Plan) -> Estimates:
@@ -139,14 +151,56 @@ def readings(image: NDArray[np.uint8], balance: Balance, lens: Lens, plan: Plan)
     if not found:
         return []
     tables = plan.directions[:, :, None] * balance.light
-    measured = (measure(image, tables, candidate, lens, plan) for candidate in found)
-    return _distinct([reading for reading in measured if reading is not None], plan.heights[5])
+    measured: list[Reading] = []
+    found.reverse()
+    while found:  # the tallest first: what hides is measured before what it hides
+        candidate = found.pop()
+        reading = measure(image, tables, candidate, lens, plan, _covered(candidate, measured))
+        if isinstance(reading, Reading):
+            measured.append(reading)
+        elif reading is not None:
+            found.extend(_halves(candidate, reading))
+    return _distinct(measured, plan.heights[5])
+
+
+def _halves(candidate: Candidate, column: float) -> list[Candidate]:
+    """Return the two markers that a candidate is when cut at a column (px), the taller one last."""
+    split = int(np.searchsorted(candidate.columns, column))
+    pieces = []
+    for part in (slice(0, split), slice(split, None)):
+        columns, rows = candidate.columns[part], candidate.rows[part]
+        if 2 <= len(columns) < len(candidate.columns):
+            middle = float(np.median(rows[:, 2] - rows[:, 1]))
+            left = candidate.left if part.start == 0 else column
+            right = column if part.start == 0 else candidate.right
+            pieces.append(
+                replace(candidate, left=left, right=right, middle=middle, columns=columns, rows=rows)
+            )
+    return sorted(pieces, key=lambda piece: piece.middle)
+
+
+def _covered(candidate: Candidate, nearer: list[Reading]) -> int:
+    """Return which ends of a candidate stand at a nearer marker and are no tangents: 1 left, 2 right."""
+    ends = 0
+    for other in nearer:
+        if other.left - BESIDE < candidate.left < other.right + BESIDE:
+            ends |= 1
+        if other.left - BESIDE < candidate.right < other.right + BESIDE:
+            ends |= 2
+    return ends
 
 
 def measure(
-    image: NDArray[np.uint8], tables: FloatArray, candidate: Candidate, lens: Lens, plan: Plan
-) -> Reading | None:
-    """Return what a candidate measures at full resolution; None where it is no marker after all.
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    candidate: Candidate,
+    lens: Lens,
+    plan: Plan,
+    covered: int = 0,
+) -> Reading | float | None:
+    """Return what a candidate measures at full resolution.
+
+    None where it is no marker after all, and where it is two, the column (px) that parts them.
 
     Args:
         image: sRGB, ``(h, w, 3)``.
@@ -154,14 +208,16 @@ def measure(
         candidate: From :mod:`swarmvision.perception.detect`.
         lens: That took the picture.
         plan: Of the marker.
+        covered: Which ends are known to be no tangents: 1 the left, 2 the right.
     """
     view = np.array([lens.focal_px, lens.centre_px[0], lens.centre_px[1], lens.height])
     out = np.full(11, np.nan)
     if not measure_marker(
-        image, tables, candidate.columns, candidate.rows, candidate.bands, view, plan.heights, plan.knots,
+        image, tables, candidate.columns, candidate.rows, candidate.bands, covered, view,
+        plan.heights, plan.knots,
         plan.expected, plan.pale, out,
     ):  # fmt: skip
-        return None
+        return float(out[SPLIT]) if out[SPLIT] > 0.0 else None
     covariance = np.diag(np.square(out[[RANGE_STD, BEARING_STD, HEADING_STD]]))
     if np.isnan(out[HEADING]):
         covariance[2, :] = covariance[:, 2] = np.nan
@@ -176,6 +232,7 @@ def measure(
         float(out[LEFT]),
         float(out[RIGHT]),
         visible >= WHOLE,
+        covered,
     )
 
 
@@ -211,6 +268,17 @@ def _towards(start: tuple[int, int, int], end: tuple[int, int, int]) -> FloatArr
     return difference / max(float(np.linalg.norm(difference)), 1e-9)
 
 
+def _inner_direction(ring: Band, middle: Band) -> FloatArray:
+    """Return the direction of colour from a ring to what lies inside, blind to the pattern on that."""
+    direction = _towards(ring.colour, middle.colour)
+    if middle.pattern is not None:
+        stripe = _towards(middle.colour, middle.pattern.colour)
+        blind = direction - stripe * (stripe @ direction)
+        if np.linalg.norm(blind) > 0.3:  # else the stripe has the ring's own colour
+            return blind / float(np.linalg.norm(blind))
+    return direction
+
+
 def _expected_chroma(marker: Marker) -> FloatArray:
     expected = np.full((PROBES, 2, 3), np.nan)
     middle = marker.bands[0].bottom - marker.bands[-1].top
@@ -231,6 +299,7 @@ def measure_marker(
     coarse: FloatArray,
     coarse_rows: FloatArray,
     bands: int,
+    covered: int,
     view: FloatArray,
     heights: FloatArray,
     knots: FloatArray,
@@ -258,24 +327,34 @@ def measure_marker(
     if used < 3:
         return False
     columns, upper, lower = columns[:used], upper[:used], lower[:used]
+    out[SPLIT] = step_in(columns, lower - upper)
+    if out[SPLIT] > 0.0:
+        return False
+    # Ends without edges belong to something else.
+    begin, end = 0, len(coarse)
+    while end - begin > 2 and coarse[begin] < columns[0] - 2.5:
+        begin += 1
+    while end - begin > 2 and coarse[end - 1] > columns[-1] + 2.5:
+        end -= 1
+    coarse, coarse_rows = coarse[begin:end], coarse_rows[begin:end]
     sides = np.empty(2)
-    cut = find_sides(image, tables, bands, coarse, coarse_rows, sides)
+    cut = find_sides(image, tables, bands, coarse, coarse_rows, sides) | covered
     rays = np.arctan((view[1] - columns) / view[0])
+    doubt = 1.0
     if bands == BOTH:
         separation = lower - upper
         if not range_and_bearing(rays, separation, sides, cut, view, heights, out):
             return False
-        spread = math.hypot(
-            out[RANGE_STD] / math.sqrt(used), EDGE_FLOOR * (1.0 if out[VISIBLE] >= WHOLE else 4.0)
-        )
+        doubt = 1.0 if out[VISIBLE] >= WHOLE else HIDDEN
+        thin = min(max((THICK - min(thick_top, thick_bottom)) / (THICK - THIN), 0.0), 1.0)
+        spread = math.hypot(out[RANGE_STD] / math.sqrt(used), (EDGE_FLOOR + THIN_EDGE * thin) * doubt)
         out[RANGE_STD] = out[RANGE] * spread / np.median(separation)
     else:
         if cut != 0 or not range_from_width(sides, view, heights, out):
             return False
         complete_edges(rays, bands, view, heights, out, upper, lower)
-    out[BEARING_STD] = EDGE_FLOOR / view[0] * (1.0 if out[VISIBLE] >= WHOLE else 10.0)
+    out[BEARING_STD] = SIDE_FLOOR * doubt / view[0]
     out[LEFT], out[RIGHT] = sides[0], sides[1]
-    out[MIDDLE_PX] = np.median(lower - upper)
     if not stands_right(rays, upper, lower, view, heights, out):
         return False
     if len(knots) > 0:
@@ -373,7 +452,7 @@ def inner_edges(
     steps = np.zeros((2, count))
     for which in range(2):
         thick = thick_top if which == 0 else thick_bottom
-        window = max(round(0.35 * thick), 2)
+        window = min(max(round(0.5 * thick), 2), 5)
         for i in range(count):
             guess = rows[1 + which, i]
             row, step = row_edge(image, tables[which], int(columns[i]), guess, window)
@@ -398,12 +477,35 @@ def inner_edges(
 
 
 @compiled
+def step_in(columns: FloatArray, separation: FloatArray) -> float:
+    """Return the column (px) at which the separation steps: one marker beside another; 0 for none."""
+    worst, where = 0.0, 0.0
+    for k in range(2, len(columns) - 1):
+        first, last = max(k - 3, 0), min(k + 3, len(columns))
+        before, after = np.median(separation[first:k]), np.median(separation[k:last])
+        step = abs(after - before) - STEP_SLACK - STEP_SHARE * min(before, after)
+        if step > worst:
+            worst, where = step, (columns[k - 1] + columns[k]) / 2.0
+    return where
+
+
+@compiled
 def row_edge(
     image: NDArray[np.uint8], table: FloatArray, column: int, guess: float, window: int
 ) -> tuple[float, float]:
     """Return the row of a step up from above to below by area integration, and its size; 0 for none."""
     flat = max(window // 2, 1)
     row, step = guess, 0.0
+    # The steepest place near the guess; a coarse look is some px off.
+    around = math.floor(guess + 0.5)
+    steepest = 0.0
+    if around - NEARBY >= 1 and around + NEARBY < image.shape[0]:
+        before = signal(image, table, around - NEARBY - 1, column)
+        for v in range(around - NEARBY, around + NEARBY + 1):
+            value = signal(image, table, v, column)
+            if value - before > steepest:
+                steepest, row = value - before, float(v)
+            before = value
     for _ in range(2):  # the first round centres the window on the edge
         start = math.floor(row + 0.5) - window
         if start < 0 or start + 2 * window > image.shape[0]:
@@ -597,7 +699,7 @@ def range_from_width(sides: FloatArray, view: FloatArray, heights: FloatArray, o
     if half <= 1e-3:
         return False
     out[RANGE], out[BEARING], out[VISIBLE] = heights[5] / math.sin(half), (left + right) / 2.0, 1.0
-    out[RANGE_STD] = out[RANGE] * 3.0 * EDGE_FLOOR / (view[0] * half)
+    out[RANGE_STD] = out[RANGE] * SIDE_FLOOR / (view[0] * half)
     return True
 
 

@@ -42,16 +42,29 @@ from swarmvision.perception.segment import Balance
 FINE = 48.0  # px between the inner edges: a nearer marker is averaged down to about this
 STEPS = 8  # most Gauss-Newton steps
 DONE = np.array([2e-5, 3e-6, 3e-4])  # of log range, bearing, heading: a smaller step ends the fit
-LIMITS = np.array([0.08, 0.02, 0.6, 6.0, 0.05, 0.4, 0.4, 0.4, 0.4, 0.4, 0.3, 3.0])  # of one step
+SETTLED = 0.97  # of the loss before: less is still a gain
+LIMITS = np.array([0.08, 0.02, 0.6, 6.0, 0.05, 0.4, 0.15, 0.15, 0.15, 0.15, 0.3, 3.0])  # of one step
 USUAL = np.array([0, 0, 0, 0, 0, 0.8, 0, 0, 0, 0, 0, 0], dtype=np.float64)
-LOOSE = np.array([9.0, 9.0, 99.0, 99.0, 0.04, 0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 20.0])
+LOOSE = np.array([9.0, 9.0, 99.0, 99.0, 0.04, 0.5, 0.3, 0.02, 0.1, 0.1, 0.3, 20.0])
 """Mean and standard deviation of what is known before: blur and smear (px), lean, evenness of the light."""
 LEAST_PIXELS = 30  # for 12 parameters and the colours
+PARTS, NARROW = 3, 30.0  # in a marker narrower than so many px a column is worked out in so many parts
 THIN = 3  # of the pixels that no edge is near, one in so many is used
 SMEARED = 4.5  # px: a motion blur shorter than this is left to the even blur
 BLURRED_WHOLE = 0.75  # visible fraction from which a smeared marker is taken as whole
 LONGEST_SMEAR = 40.0  # px
 CLEAR_SIDE = 1.5  # px: a tangent farther than this beyond the last column that is seen is hidden
+# The pixels' own covariance is too small, for their errors are alike in neighbours (compression,
+# demosaicing) and no model is exact. Measured on rendered pictures with noise, blur and compression.
+OVERCONFIDENT = 6.0  # times, as variance
+RANGE_FLOOR = 0.0003  # of the range
+SIDE_FLOOR = 0.03  # px of a tangent
+HEADING_FLOOR = 0.001  # rad
+SMEAR_FLOOR, TURN_ARM = (
+    0.012,
+    0.02,
+)  # of a motion blur; m: a heading errs by columns over this
+DOUBT = 0.9  # loss of the less likely place over that of the likelier one, from which it is taken
 BESIDE = 2.5  # px beside what hides, and beside an end that is hidden, that are not used either
 
 
@@ -63,7 +76,9 @@ class Fit:
     covariance: FloatArray
     """Of range (m), bearing and heading (rad) by the pixels alone, ``(3, 3)``."""
     misfit: float
-    """Standard deviation of the residuals, of white."""
+    """Standard deviation of the residuals of the pixels that fit, of white."""
+    loss: float
+    """Root of the mean bounded square of all residuals, of white."""
 
 
 def read(image: NDArray[np.uint8], lens: Lens, plan: Plan, skin: Skin) -> Estimates:
@@ -103,7 +118,7 @@ def polished(
         hidden[max(int(left - BESIDE), 0) : max(int(right + BESIDE) + 1, 0)] = True
     if smear > 0.0 and start.visible > BLURRED_WHOLE:
         start = replace(start, whole=True)
-    best: tuple[Fit, Reading] | None = None
+    best: Fit | None = None
     for trial in _hypotheses(start, lens, skin):
         blind = hidden.copy()
         left, right = tangents(lens, skin, trial.range, trial.bearing)
@@ -112,11 +127,11 @@ def polished(
         if not start.whole and right > start.right + CLEAR_SIDE:
             blind[max(int(start.right - BESIDE), 0) :] = True
         fit = fitted(image, balance.light, lens, skin, trial, blind, smear)
-        if fit is not None and (best is None or fit.misfit < best[0].misfit):
-            best = fit, trial
-    if best is None or not _credible(best[0], start, skin):
-        return start
-    return _as_reading(best[0], start, lens, skin)
+        if fit is None or not _credible(fit, start, skin):
+            continue
+        if best is None or fit.loss < DOUBT * best.loss:
+            best = fit
+    return start if best is None else _as_reading(best, start, lens, skin)
 
 
 def tangents(lens: Lens, skin: Skin, distance: float, bearing: float) -> tuple[float, float]:
@@ -129,17 +144,17 @@ def tangents(lens: Lens, skin: Skin, distance: float, bearing: float) -> tuple[f
 
 
 def _hypotheses(start: Reading, lens: Lens, skin: Skin) -> list[Reading]:
-    """Return the places that a marker may have: where one side is hidden, it may be either."""
+    """Return the places that a marker may have, the likelier first: two where one side is hidden."""
     if start.whole:
         return [start]
     half = math.asin(min(skin.radius / start.range, 0.999))
     left, right = lens.bearing_from_column([start.left, start.right])
     trials = []
-    if start.left > 1.5:
+    if start.left > 1.5 and not start.covered & 1:
         trials.append(replace(start, bearing=float(left) - half))
-    if start.right < lens.width_px - 1.5:
+    if start.right < lens.width_px - 1.5 and not start.covered & 2:
         trials.append(replace(start, bearing=float(right) + half))
-    return trials or [start]
+    return sorted(trials, key=lambda trial: abs(trial.bearing - start.bearing)) or [start]
 
 
 def _credible(fit: Fit, start: Reading, skin: Skin) -> bool:
@@ -165,10 +180,18 @@ def _as_reading(fit: Fit, start: Reading, lens: Lens, skin: Skin) -> Reading:
         range=distance,
         bearing=bearing,
         heading=float(wrap(fit.theta[HEADING])) if skin.told else math.nan,
-        covariance=fit.covariance,
+        covariance=_honest(fit, start, distance, lens),
         visible=visible,
         drop=float(fit.theta[DROP]),
     )
+
+
+def _honest(fit: Fit, start: Reading, distance: float, lens: Lens) -> FloatArray:
+    """Return the covariance of a fit with what its own pixels cannot know."""
+    floor = np.array([RANGE_FLOOR * distance, SIDE_FLOOR / lens.focal_px, HEADING_FLOOR])
+    if fit.theta[SMEAR] > 0.0:
+        floor[1:] = SMEAR_FLOOR * fit.theta[SMEAR] * np.array([1.0, distance / TURN_ARM]) / lens.focal_px
+    return fit.covariance * OVERCONFIDENT + np.diag(floor**2)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -186,6 +209,8 @@ class _Patch:
     """Picture pixels in one of the grid, each way."""
     high: int
     """Places in one column of the grid."""
+    parts: int
+    """Columns of the grid in one of the pixels that are fitted."""
 
 
 def fitted(
@@ -217,7 +242,7 @@ def fitted(
         [
             lens.centre_px[1] + start.drop - lens.focal_px * (skin.middle - lens.height) / depth,
             lens.focal_px * skin.inner / depth / 2.0,
-            float(patch.step),
+            patch.step / patch.parts,
             float(patch.step),
         ]
     )
@@ -249,21 +274,25 @@ def _descend(
     colours = np.zeros((3, width))
     grid = np.empty((3, places, width + FREE + 1))
     used = np.empty(places, dtype=np.int64)
-    out = np.empty((3, len(patch.kept), width + FREE + 1)) if free[SMEAR] else grid
+    mixed = bool(free[SMEAR]) or patch.parts > 1
+    out = np.empty((3, len(patch.kept), width + FREE + 1)) if mixed else grid
     grams = np.empty((3, width + FREE + 1, width + FREE + 1))
     delta, covariance = np.zeros(FREE), np.empty((FREE, FREE))
-    misfit = 0.0
+    misfit = loss = 0.0
     for step in range(STEPS + 1):
         count = model(
-            theta, colours, view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, frame,
-            patch.columns, patch.rows, 1 if free[SMEAR] else THIN, grid, used,
+            theta, colours, view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, skin.jumps, frame,
+            patch.columns, patch.rows, 1 if mixed else THIN, grid, used,
         )  # fmt: skip
-        if free[SMEAR]:
-            smeared(grid, patch.kept, patch.high, theta[SMEAR] / patch.step, colours, out)
-            out[:, :, width + SMEAR] /= patch.step
+        if mixed:
             count = len(patch.kept)
             used[:count] = np.arange(count)
-        misfit = weigh(out, count, used, patch.values, colours, misfit)
+            smear = float(theta[SMEAR])
+            length = smear if patch.parts == 1 else math.hypot(smear, patch.step)
+            smeared(grid, patch.kept, patch.high, length * patch.parts / patch.step, colours, out)
+            out[:, :, width + SMEAR] *= patch.parts / patch.step * smear / length
+        before = loss
+        misfit, loss = weigh(out, count, used, patch.values, colours, misfit)
         for channel in range(3):
             rows = out[channel, :count]
             np.dot(rows.T, rows, out=grams[channel])
@@ -278,13 +307,13 @@ def _descend(
         theta[BLUR] = min(max(theta[BLUR], 0.3), 4.0)
         if free[SMEAR]:
             theta[SMEAR] = min(max(theta[SMEAR], 1.0), LONGEST_SMEAR)
-        if np.all(np.abs(delta[:3]) < DONE):
+        if np.all(np.abs(delta[:3]) < DONE) and loss > SETTLED * before:
             break
     covariance = covariance[:3, :3] * misfit**2
     if not free[HEADING]:
         covariance[2, :] = covariance[:, 2] = np.nan
     scale = np.array([math.exp(theta[LOG_RANGE]), 1.0, 1.0])
-    return Fit(theta, covariance * scale * scale[:, None], misfit)
+    return Fit(theta, covariance * scale * scale[:, None], misfit, loss)
 
 
 def _cut(
@@ -330,15 +359,15 @@ def _cut(
         kept &= ~hidden[at][:, None]
     if kept.sum() < LEAST_PIXELS:
         return None
-    if smear <= 0.0:
-        i, j = np.nonzero(kept)
-        return _Patch(u[i], v[j], values[:, i, j], np.arange(len(i)), step, high)
+    i, j = np.nonzero(kept)
+    parts = PARTS if right - left < NARROW and smear < NARROW / 3.0 else 1
+    if smear <= 0.0 and parts == 1:
+        return _Patch(u[i], v[j], values[:, i, j], np.arange(len(i)), step, high, 1)
     # The model needs columns from which light is smeared in, too.
     more = math.ceil(0.75 * smear / step) + 2
-    u = first_u + (np.arange(-more, wide + more, dtype=np.float64) + 0.5) * step
-    i, j = np.nonzero(kept)
-    places = (i + more) * high + j
-    return _Patch(np.repeat(u, high), np.tile(v, len(u)), values[:, i, j], places, step, high)
+    u = first_u + (np.arange(-more * parts, (wide + more) * parts, dtype=np.float64) + 0.5) * step / parts
+    places = ((i + more) * parts + parts // 2) * high + j
+    return _Patch(np.repeat(u, high), np.tile(v, len(u)), values[:, i, j], places, step, high, parts)
 
 
 def smear_of(

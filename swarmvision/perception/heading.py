@@ -22,7 +22,8 @@ TRIALS = 72  # headings of the coarse look
 ROUNDS = 4  # of the vote
 RIM = 0.93  # of the radius: columns farther out see the surface too slantwise
 JUMP = 0.02  # rad: a pattern that jumps within so much is not voted on
-HEADING_FLOOR = 0.006  # rad: error that no averaging removes
+HEADING_FLOOR = 0.003  # rad: error that no averaging removes,
+STRIPE_FLOOR = 0.06  # px: and that of the stripe's height
 UNSURE = 0.5  # rad: spread of a heading that only the coarse look tells
 
 
@@ -70,7 +71,9 @@ def heading_of(
         return np.nan, np.nan
     signals, facing = signals[:used], facing[:used]
     heading = coarse_heading(signals, facing, heights, knots)
-    return voted_heading(signals, facing, heading, heights, knots)
+    heading, spread, slope = voted_heading(signals, facing, heading, heights, knots)
+    rows = np.median(lower - upper) / (heights[0] - heights[1]) * slope  # that the stripe climbs per rad
+    return heading, math.hypot(spread, STRIPE_FLOOR / max(rows, 1e-6))
 
 
 @compiled
@@ -143,8 +146,8 @@ def _sum_to(sums: FloatArray, place: float) -> float:
 @compiled
 def voted_heading(
     signals: FloatArray, facing: FloatArray, heading: float, heights: FloatArray, knots: FloatArray
-) -> tuple[float, float]:
-    """Return heading (rad) and spread from every column's own vote near a coarse heading.
+) -> tuple[float, float, float]:
+    """Return heading (rad), spread and mean slope (m/rad) from every column's vote near a coarse heading.
 
     In each column the height of the stripe's middle is compared with that of the pattern; the
     pattern's slope there turns the difference into an angle (one Gauss-Newton step, repeated).
@@ -152,9 +155,10 @@ def voted_heading(
     count = len(facing)
     size = (heights[3] - heights[2]) / HEIGHTS
     votes, weights = np.empty(count), np.empty(count)
-    spread, kept = UNSURE, 1
+    spread, kept, steepness = UNSURE, 1, 0.0
     for _ in range(ROUNDS):
         used = 0
+        steepness = 0.0
         for i in range(count):
             azimuth = facing[i] - heading
             low, high, low_slope, high_slope = pattern_edges(knots, azimuth)
@@ -176,9 +180,11 @@ def voted_heading(
             # A stripe higher than expected, where the pattern climbs, means a larger azimuth: less heading.
             votes[used] = -(moment / area - (low + high) / 2.0) / slope
             weights[used] = abs(slope) * area
+            steepness += abs(slope)
             used += 1
         if used < 2:
-            return heading, UNSURE
+            return heading, UNSURE, 1.0
+        steepness /= used
         centre = weighted_median(votes[:used], weights[:used])
         spread = 1.4826 * weighted_median(np.abs(votes[:used] - centre), weights[:used]) + 1e-6
         total = change = 0.0
@@ -194,7 +200,7 @@ def voted_heading(
             break
     turn = 2.0 * math.pi
     heading = math.pi - (math.pi - heading) % turn  # into (-pi, pi]
-    return heading, math.hypot(spread / math.sqrt(max(kept, 1)), HEADING_FLOOR)
+    return heading, math.hypot(spread / math.sqrt(max(kept, 1)), HEADING_FLOOR), steepness
 
 
 @compiled

@@ -17,6 +17,7 @@ from swarmvision.geometry import FloatArray
 from swarmvision.perception.model import FREE, HEADING
 
 NOISE = 0.012  # of white: least residual that counts as one standard deviation
+STRANGE = 0.1  # of white: a residual as large is not of the marker
 TAIL = 3.0  # standard deviations from which on a pixel's pull declines
 
 
@@ -28,8 +29,8 @@ def weigh(
     values: FloatArray,
     colours: FloatArray,
     misfit: float,
-) -> float:
-    """Write the residuals and scale every pixel's rows by the root of its weight; return the new misfit.
+) -> tuple[float, float]:
+    """Write the residuals and scale every pixel's rows by the root of its weight.
 
     The weight is ``1 / (1 + (r / (TAIL * misfit))^2)^2``, all 1 at a misfit of 0.
 
@@ -40,10 +41,14 @@ def weigh(
         values: What the picture has, ``(3, all)``.
         colours: See :func:`model`.
         misfit: Of the step before.
+
+    Returns:
+        The new misfit: one standard deviation of the residuals of the pixels that fit; and the loss, the
+        root of the mean of ``r^2 / (1 + (r / STRANGE)^2)`` over all pixels, which no weight can hide.
     """
     width, last = colours.shape[1], out.shape[2] - 1
     residual = np.empty(3)
-    heavy = total = 0.0
+    heavy = total = loss = 0.0
     for n in range(count):
         square = 0.0
         for channel in range(3):
@@ -52,6 +57,7 @@ def weigh(
                 value -= colours[channel, k] * out[channel, n, k]
             residual[channel] = value
             square += value * value / 3.0
+        loss += square / (1.0 + square / STRANGE**2)
         root = 1.0
         if misfit > 0.0:
             root = 1.0 / (1.0 + square / (TAIL * misfit) ** 2)
@@ -61,7 +67,7 @@ def weigh(
             out[channel, n, last] = root * residual[channel]
         heavy += root * root * min(square, (TAIL * misfit) ** 2 if misfit > 0.0 else square)
         total += root * root
-    return max(math.sqrt(heavy / max(total, 1e-9)), NOISE)
+    return max(math.sqrt(heavy / max(total, 1e-9)), NOISE), math.sqrt(loss / max(count, 1))
 
 
 @compiled

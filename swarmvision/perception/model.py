@@ -67,6 +67,9 @@ class Skin:
     inks: NDArray[np.int64]
     """Number of the colour above the first edge, then below each, shape ``(edges + 1,)``."""
     knots: FloatArray
+    """Of the pattern, above the ground."""
+    jumps: FloatArray
+    """Azimuths (rad) at which the pattern jumps: vertical edges, shape ``(jumps,)``."""
     colours: int
     """How many different colours there are."""
     base: float
@@ -109,12 +112,21 @@ class Skin:
             kinds=np.array(kinds, dtype=np.int64),
             inks=np.array(inks, dtype=np.int64),
             knots=knots,
+            jumps=_jumps(knots),
             colours=len(palette),
             base=marker.base,
             middle=marker.base + (high + low) / 2.0,
             inner=high - low,
             told=carrier is not None and carrier.pattern is not None and not carrier.pattern.symmetric,
         )
+
+
+def _jumps(knots: FloatArray) -> FloatArray:
+    """Return the azimuths (rad) at which a pattern jumps, the closing of the turn included."""
+    step = np.abs(np.diff(knots[:, 1:], axis=0)).max(axis=1)
+    inside = knots[1:, 0][(np.diff(knots[:, 0]) < 1e-9) & (step > 0.0)]
+    closes = np.abs(knots[-1, 1:] - knots[0, 1:]).max() < 1e-9
+    return inside if closes else np.append(inside, 0.0)
 
 
 @compiled
@@ -127,6 +139,7 @@ def model(
     kinds: NDArray[np.int64],
     inks: NDArray[np.int64],
     knots: FloatArray,
+    jumps: FloatArray,
     frame: FloatArray,
     columns: FloatArray,
     rows: FloatArray,
@@ -141,10 +154,11 @@ def model(
         colours: Light of each colour, then of the background's basis, ``(3, colours + 3)``.
         view: Focal length, principal column and row (px), lens height (m).
         sizes: Radius, height of the top edge, of the middle above the ground (m).
-        heights: As in :class:`Skin`, like kinds, inks and knots.
+        heights: As in :class:`Skin`, like kinds, inks, knots and jumps.
         kinds: See there.
         inks: See there.
         knots: See there.
+        jumps: See there.
         frame: Middle row and half of the height of the marker (px), footprint of a pixel across and
             down (px).
         columns: Of the pixels (px), equal ones in a row, shape ``(n,)``.
@@ -154,10 +168,14 @@ def model(
         used: Which pixels are written, in their order, ``(n,)``.
     """
     edges = len(kinds)
+    most = 2 * edges + 1  # where the pattern jumps, its edges on both sides of that; last, the top edge
     count = colours.shape[1] - GROUND
     width = count + GROUND
-    row_at, soft, slope_u = np.empty(edges + 1), np.empty(edges + 1), np.empty(edges + 1)
-    by = np.zeros((edges + 1, 5))  # row of an edge by range, bearing, heading, drop, lean
+    row_at, soft, slope_u, share_of = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
+    by = np.zeros((most, 5))  # row of an edge by range, bearing, heading, drop, lean
+    above, below = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    weight_by = np.zeros(5)  # how the share of the pattern beyond a jump changes
+    used_edges = crown = 0
     mix = np.empty(count)
     distance = math.exp(theta[LOG_RANGE])
     bearing = theta[BEARING]
@@ -207,38 +225,71 @@ def model(
             sine = min(max(sine, -1.0), 1.0)
             cosine = math.sqrt(1.0 - sine * sine)
             azimuth = math.atan2(ny, nx) - theta[HEADING]
-            low, high, low_slope, high_slope = pattern_edges(knots, azimuth)
+            beyond, bend = 1.0, 0.0  # share of the pattern as it is here, and how sharply that changes
+            gap, turn_px = 0.0, max(abs(turn_by_u), 1e-9)
+            for k in range(len(jumps)):
+                off = azimuth - jumps[k]
+                off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi) + 0.5)
+                t = off / (turn_px * soft_u)
+                if abs(t) < 1.0:
+                    gap = off
+                    beyond = soft_step(t)
+                    bend = soft_slope(t) / (turn_px * soft_u)
+                    weight_by[0], weight_by[1], weight_by[2] = (
+                        bend * turn_by_range,
+                        bend * turn_by_bearing,
+                        -bend,
+                    )
+            used_edges = 0
             for e in range(edges + 1):
-                steep = 0.0
-                z = sizes[1]
-                if e < edges:
-                    z = heights[e]
-                    if kinds[e] == 1:
-                        z, steep = high, high_slope
-                    elif kinds[e] == 2:
-                        z, steep = low, low_slope
-                up = view[0] * (z - view[3]) / (x * x)
-                lift = -view[0] * steep / x
-                row_at[e] = view[2] + theta[DROP] - view[0] * (z - view[3]) / x
-                tilt = up * x_by_u + lift * turn_by_u
-                slope_u[e] = tilt
-                by[e, 0] = up * x_by_range + lift * turn_by_range
-                by[e, 1] = up * x_by_bearing + lift * turn_by_bearing
-                by[e, 2] = -lift
-                by[e, 3] = 1.0
-                by[e, 4] = -tilt * (row_at[e] - frame[0])
-                row_at[e] += theta[LEAN] * by[e, 4]
-                soft[e] = SOFTNESS * math.sqrt(down_var + min(tilt * tilt, 25.0) * across_var)
+                for side in range(2):
+                    share = 1.0
+                    z, steep = sizes[1], 0.0
+                    if e < edges:
+                        z = heights[e]
+                        if kinds[e] > 0:
+                            # On the far side of a jump, and on the near one, each carried on to here.
+                            share = beyond if side == 0 else 1.0 - beyond
+                            at_jump = azimuth
+                            if bend > 0.0:
+                                at_jump = azimuth - gap + (1e-6 if side == 0 else -1e-6)
+                            low, high, low_slope, high_slope = pattern_edges(knots, at_jump)
+                            z, steep = (high, high_slope) if kinds[e] == 1 else (low, low_slope)
+                            z += steep * (azimuth - at_jump)
+                    if (side == 1 and share == 1.0) or share == 0.0:
+                        continue
+                    k = used_edges
+                    used_edges += 1
+                    up = view[0] * (z - view[3]) / (x * x)
+                    lift = -view[0] * steep / x
+                    row_at[k] = view[2] + theta[DROP] - view[0] * (z - view[3]) / x
+                    tilt = up * x_by_u + lift * turn_by_u
+                    slope_u[k], share_of[k] = tilt, share
+                    by[k, 0] = up * x_by_range + lift * turn_by_range
+                    by[k, 1] = up * x_by_bearing + lift * turn_by_bearing
+                    by[k, 2] = -lift
+                    by[k, 3] = 1.0
+                    by[k, 4] = -tilt * (row_at[k] - frame[0])
+                    row_at[k] += theta[LEAN] * by[k, 4]
+                    soft[k] = SOFTNESS * math.sqrt(down_var + min(tilt * tilt, 25.0) * across_var)
+                    if e < edges:
+                        above[k], below[k] = inks[e], inks[e + 1]
+                    if side == 1:
+                        share_of[k] = -share  # the minus marks the near side of a jump
+            if bend == 0.0:
+                weight_by[:] = 0.0
+            used_edges -= 1
+            crown = used_edges
         v = rows[pixel]
         down = v - frame[0]
         side = u - theta[LEAN] * down
         t_left, t_right = (side - left) / soft_u, (side - right) / soft_u
-        t_top = (v - row_at[edges]) / soft[edges]
+        t_top = (v - row_at[crown]) / soft[crown]
         on_left, on_right, on_top = soft_step(t_left), 1.0 - soft_step(t_right), soft_step(t_top)
         cover = on_left * on_right * on_top
-        if thin > 1 and cover == 1.0 and pixel % thin != 0:
-            near = False
-            for e in range(edges):
+        if thin > 1 and cover == 1.0 and (int(v / frame[3]) + 2 * int(u / frame[3])) % thin != 0:
+            near = weight_by[2] != 0.0
+            for e in range(used_edges):
                 near = near or abs(v - row_at[e]) < soft[e]
             if not near:
                 continue
@@ -257,20 +308,27 @@ def model(
         for j in range(FREE):
             for channel in range(3):
                 out[channel, n, width + j] = 0.0
-        for e in range(edges):
+        for e in range(used_edges):
             t = (v - row_at[e]) / soft[e]
             if t <= -1.0:
                 continue
-            part = soft_step(t)
-            mix[inks[e]] -= part
-            mix[inks[e + 1]] += part
+            far = share_of[e] > 0.0
+            part = soft_step(t) * abs(share_of[e])
+            mix[above[e]] -= part
+            mix[below[e]] += part
+            if weight_by[2] != 0.0 and abs(share_of[e]) < 1.0:
+                swing = soft_step(t) * cover * shade * (1.0 if far else -1.0)
+                for channel in range(3):
+                    step = colours[channel, below[e]] - colours[channel, above[e]]
+                    for j in range(3):
+                        out[channel, n, width + j] += step * swing * weight_by[j]
             if t >= 1.0:
                 continue
-            slope = soft_slope(t) / soft[e] * cover * shade
+            slope = soft_slope(t) / soft[e] * cover * shade * abs(share_of[e])
             tilt = slope_u[e]
             wider = -slope * t * 7.0 * blur * (1.0 + min(tilt * tilt, 25.0)) / soft[e]
             for channel in range(3):
-                step = colours[channel, inks[e + 1]] - colours[channel, inks[e]]
+                step = colours[channel, below[e]] - colours[channel, above[e]]
                 for j in range(5):
                     out[channel, n, width + j] -= step * slope * by[e, j]
                 out[channel, n, width + BLUR] += step * wider
@@ -278,7 +336,7 @@ def model(
         away = 1.0 - cover
         by_left = -soft_slope(t_left) / soft_u * on_right * on_top
         by_right = soft_slope(t_right) / soft_u * on_left * on_top
-        by_top = -soft_slope(t_top) / soft[edges] * on_left * on_right
+        by_top = -soft_slope(t_top) / soft[crown] * on_left * on_right
         for channel in range(3):
             value = 0.0
             for k in range(count):
@@ -301,18 +359,18 @@ def model(
             if away > 0.0:
                 contrast = value * shade - behind
                 out[channel, n, width + LOG_RANGE] += contrast * (
-                    by_left * left_by_range + by_right * right_by_range + by_top * by[edges, 0]
+                    by_left * left_by_range + by_right * right_by_range + by_top * by[crown, 0]
                 )
                 out[channel, n, width + BEARING] += contrast * (
-                    by_left * left_by_bearing + by_right * right_by_bearing + by_top * by[edges, 1]
+                    by_left * left_by_bearing + by_right * right_by_bearing + by_top * by[crown, 1]
                 )
                 out[channel, n, width + DROP] += contrast * by_top
                 out[channel, n, width + LEAN] += contrast * (
-                    (by_left + by_right) * down + by_top * by[edges, 4]
+                    (by_left + by_right) * down + by_top * by[crown, 4]
                 )
                 out[channel, n, width + BLUR] += contrast * (
                     (by_left * t_left + by_right * t_right) * soft_u_by_blur
-                    + by_top * t_top * 7.0 * blur / soft[edges]
+                    + by_top * t_top * 7.0 * blur / soft[crown]
                 )
         used[n] = pixel
         n += 1
