@@ -27,10 +27,11 @@ from swarmvision.perception.segment import COLOURFUL, Hues, Light, chroma_of, cl
 COARSE_WIDTH = 320  # px; markers are looked for at about this width
 USED = 0.43  # of the marker's width to either side of its middle: the rim is too steep to be told well
 LEAST_COLUMNS = 8  # in which both inner edges must be found
-LEAST_SEPARATION = 12.0  # px between them
+LEAST_SEPARATION = 8.0  # px between them
 CORE = 0.3  # of the width to either side of the middle: where colours are taken
 OTHER_COLOUR = 0.08  # share by which a plateau may differ from the median plateau; more is the stripe
 SATURATED = 0.985  # linear light from which a pixel may have been brighter than the camera can tell
+SLICES, SLICE = 4, 4  # a ring's side is measured in up to so many slices, of so many rows or more
 FLAT = 0.2  # spread of a background plateau, as a fraction of the step
 
 
@@ -167,7 +168,7 @@ def _ring_edge(
 
 
 def _sides(light: Light, candidate: Candidate, scale: int) -> tuple[FloatArray, FloatArray]:
-    """Return the points ``(m, 2)`` (px) where the two rings end, and +1 for left or -1 for right, ``(m,)``."""
+    """Return points ``(m, 2)`` (px) where the two rings end, and +1 for left or -1 for right, ``(m,)``."""
     width = candidate.right - candidate.left
     reach = int(np.clip(round(0.08 * width), 3, 6)) + scale
     points, signs = [], []
@@ -175,38 +176,45 @@ def _sides(light: Light, candidate: Candidate, scale: int) -> tuple[FloatArray, 
         ends = candidate.rows[:3] if sign > 0 else candidate.rows[-3:]
         for ring in (0, 2):
             top, bottom = np.median(ends[:, ring]), np.median(ends[:, ring + 1])
-            inset = 0.3 * (bottom - top)
-            first = int(np.ceil(top + inset))
-            last = max(int(bottom - inset), first + 1)
-            if first < 0 or last > light.shape[0]:
-                continue
-            profile = light[first:last].mean(axis=0, dtype=np.float64)  # (w, 3)
-            if sign > 0:
-                profile = profile[::-1]
-            at = _end_of(profile, light.shape[1] - guess if sign > 0 else guess, reach)
-            if at is not None:
-                points.append((light.shape[1] - at if sign > 0 else at, (first + last) / 2.0))
-                signs.append(sign)
+            inset = 0.25 * (bottom - top)
+            first, last = max(int(np.ceil(top + inset)), 0), min(int(bottom - inset), light.shape[0])
+            for rows in _slices(first, last):
+                piece = light[rows] if sign < 0 else light[rows, ::-1]
+                at = _end_of(piece.astype(np.float64), light.shape[1] - guess if sign > 0 else guess, reach)
+                if at is not None:
+                    points.append((light.shape[1] - at if sign > 0 else at, (rows.start + rows.stop) / 2.0))
+                    signs.append(sign)
     return np.array(points).reshape(-1, 2), np.array(signs)
 
 
-def _end_of(profile: FloatArray, guess: float, reach: int) -> float | None:
-    """Return where a profile ``(w, 3)`` leaves the ring's colour for the background's (px), if it does."""
+def _slices(first: int, last: int) -> list[slice]:
+    """Return up to SLICES pieces of the rows of a ring, each SLICE rows or more where there are as many."""
+    count = int(np.clip((last - first) // SLICE, 1, SLICES))
+    borders = np.linspace(first, max(last, first + 1), count + 1).astype(int)
+    return [slice(int(a), int(b)) for a, b in zip(borders[:-1], borders[1:], strict=True)]
+
+
+def _end_of(rows: FloatArray, guess: float, reach: int) -> float | None:
+    """Return the column (px) where rows ``(s, w, 3)`` leave the ring's colour for the background's, if so."""
+    profile = rows.mean(axis=0)  # (w, 3)
     at = guess
     for _ in range(3):
         start, end = round(at) - reach, round(at) + reach
-        if start - reach < 0 or end + 2 > len(profile):
+        if start - reach < 0 or end + 2 > len(profile) or len(rows) == 0:
             return None
         ring = profile[start - reach : start + 1].mean(axis=0)
-        outside = profile[end - 2 : end + 2]
-        background = outside.mean(axis=0)
+        outside = rows[:, end - 2 : end + 2]
+        background = outside.mean(axis=(0, 1))
         # Square to the ring's light, so that its shading has no part in the signal.
         direction = background - ring * (background @ ring) / max(float(ring @ ring), 1e-12)
         contrast = float(background @ direction)
-        if np.linalg.norm(direction) < 0.25 * np.linalg.norm(background) or contrast < 1e-6:
-            return None
-        if np.ptp(outside @ direction) > FLAT * contrast:
-            return None
+        size = float(np.linalg.norm(direction))
+        if size < 0.25 * np.linalg.norm(background) or size < 0.25 * np.linalg.norm(ring):
+            return None  # of the ring's own colour, or too dark to be told from it
+        across = np.ptp((outside @ direction).mean(axis=0))
+        along = np.ptp((outside @ direction).mean(axis=1))
+        if max(across, along) > FLAT * contrast:
+            return None  # another edge lies behind
         at = end - float((profile[start:end] @ direction).sum()) / contrast
         if abs(at - guess) > reach:
             return None
