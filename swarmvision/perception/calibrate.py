@@ -29,6 +29,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
 from swarmvision.colour import encode
@@ -46,6 +47,7 @@ WORST_FOCAL = 0.03  # relative standard error of the focal length that is still 
 WORST_HEIGHT = 0.010  # m, the same for the lens height
 WORST_RMS = 1.5  # px: more means another marker, or another lens, than was said
 WRONG_RANGE = 0.15  # by which a range may contradict the others before it is called wrong
+WRONG_RULER = 6.0  # standard errors, after the fit, from which a range is called wrong
 STEEP = np.radians(5.0)  # tilt beyond which readers that think the lens level go wrong
 GUESSES = (0.5, 0.8, 1.2, 2.0)  # focal lengths to start from, in picture widths: 90 to 28 deg
 PRINT_BIAS = 0.002  # relative error of the printed marker's radius and of its height: 0.1 mm in 40 to 60 mm
@@ -148,6 +150,7 @@ def calibrate(
     problem.drop_outliers(solution)
     solution = problem.solved_from(solution.parameters)
     calibration = problem.told(solution)
+    problem.check_ruler(calibration)
     _refuse_uncertain(calibration, marker)
     return calibration
 
@@ -182,12 +185,13 @@ def _refuse_uncertain(found: Calibration, marker: Marker) -> None:
         )
     if std > WORST_FOCAL * focal:
         raise CalibrationError(
-            f"the focal length stays uncertain by {100.0 * std / focal:.0f} %: give --ranges, or add pictures "
-            "within 0.15 m and towards the left and right border"
+            f"the focal length stays uncertain by {100.0 * std / focal:.0f} %: give --ranges, or add "
+            "pictures within 0.15 m and towards the left and right border"
         )
     if found.height[1] > WORST_HEIGHT:
         raise CalibrationError(
-            f"the lens height stays uncertain by {1e3 * found.height[1]:.0f} mm: add nearer and farther pictures"
+            f"the lens height stays uncertain by {1e3 * found.height[1]:.0f} mm: add nearer and "
+            "farther pictures"
         )
 
 
@@ -219,7 +223,7 @@ class _Problem:
         self._used = np.ones(len(self._points), dtype=bool)
         self._std = self._spread()
 
-    def _kinds(self) -> list[FloatArray]:
+    def _kinds(self) -> list[NDArray[np.int64]]:
         """Return the indices of the points of each edge and side of each picture."""
         kind = np.concatenate([self._z, 10.0 * self._sign])  # heights are far below 10 m
         groups = []
@@ -252,17 +256,32 @@ class _Problem:
             )
         separation = np.array([s.separation_px for s in self._sightings])
         focal = separation * depth / (marker.bands[0].bottom - marker.bands[-1].top)  # f / cos B
+        column = np.array([np.median(s.edges_px[:, 0]) for s in self._sightings])
+        focal *= np.cos(np.arctan((column - self._start.centre_px[0]) / np.median(focal[known])))
         middle = float(np.median(focal[known]))
-        off = np.abs(focal / middle - 1.0) - 0.1 * RULER_BIAS / np.maximum(depth, 1e-3)
-        # Towards the border f / cos B is larger, in the paper's lens by 12 %.
-        if (off[known] > WRONG_RANGE).any():
-            worst = int(np.nanargmax(np.where(known, off, np.nan)))
-            expected = middle / focal[worst] * depth[worst] + marker.radius
-            raise CalibrationError(
-                f"the range of picture {worst + 1}, {self._rulers[worst]:.3f} m, contradicts the others, which "
-                f"make it about {expected:.2f} m: are the ranges in the order of the pictures?"
-            )
+        slack = WRONG_RANGE + 2.0 * RULER_BIAS / depth
+        self._agreeing(np.abs(focal / middle - 1.0) / slack, middle / focal * depth + marker.radius)
         return [middle]
+
+    def _agreeing(self, off: FloatArray, expected: FloatArray) -> None:
+        """Raise if a given range is off, in units of what is bearable, by more than 1."""
+        worst = int(np.argmax(np.nan_to_num(off)))
+        if np.nan_to_num(off)[worst] > 1.0:
+            raise CalibrationError(
+                f"the range of picture {worst + 1}, {self._rulers[worst]:.3f} m, contradicts the others, "
+                f"which make it about {expected[worst]:.2f} m: are the ranges in the order of the pictures?"
+            )
+
+    def check_ruler(self, found: Calibration) -> None:
+        """Raise if a given range contradicts the fit.
+
+        Raises:
+            CalibrationError: Names the worst.
+        """
+        if found.ruler_zero is not None:
+            expected = found.ranges[:, 0] - found.ruler_zero[0]
+            bearable = WRONG_RULER * np.hypot(self._ruler_std, found.ranges[:, 1])
+            self._agreeing(np.abs(self._rulers - expected) / bearable, expected)
 
     def solved(self, focal: float) -> Solution:
         """Return the solution next to a focal length (px), from a closed form."""
@@ -311,9 +330,7 @@ class _Problem:
         depth = d[:edges] * np.cos(off) - radius * np.sqrt(1.0 - across**2)
         up = slope[:edges] - (z - height) / np.maximum(depth, 1e-3)
         left = azimuth[edges:] - b[edges:] - self._sign * np.arcsin(radius / d[edges:])
-        return focal * np.concatenate(
-            [-up / np.cos(azimuth[:edges]), -left / np.cos(azimuth[edges:]) ** 2]
-        )
+        return focal * np.concatenate([-up / np.cos(azimuth[:edges]), -left / np.cos(azimuth[edges:]) ** 2])
 
     def drop_outliers(self, solution: Solution) -> None:
         """Leave out points of an edge that stand far from its others."""

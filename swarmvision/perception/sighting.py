@@ -12,6 +12,7 @@ direction, so shading does not move the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -108,11 +109,14 @@ def _measured(light: Light, candidate: Candidate, marker: Marker, scale: int) ->
     separation = float(np.median((lower - upper)[both]))
     if separation < LEAST_SEPARATION:
         raise PictureError(
-            f"the marker is too far away: its rings are {separation:.0f} px apart, {LEAST_SEPARATION:.0f} are needed"
+            f"the marker is too far away: its rings are {separation:.0f} px apart, "
+            f"{LEAST_SEPARATION:.0f} are needed"
         )
     sides, signs = _sides(light, candidate, scale)
     if set(signs) != {-1.0, 1.0}:
-        raise PictureError("the marker's sides are not both free: cut by the border, hidden or before clutter")
+        raise PictureError(
+            "the marker's sides are not both free: cut by the border, hidden or before clutter"
+        )
     heights = (marker.bands[0].bottom, marker.bands[-1].top)
     core = both & (np.abs(columns + 0.5 - middle) < CORE * width)
     if core.sum() < 3:
@@ -191,7 +195,7 @@ def _slices(first: int, last: int) -> list[slice]:
     """Return up to SLICES pieces of the rows of a ring, each SLICE rows or more where there are as many."""
     count = int(np.clip((last - first) // SLICE, 1, SLICES))
     borders = np.linspace(first, max(last, first + 1), count + 1).astype(int)
-    return [slice(int(a), int(b)) for a, b in zip(borders[:-1], borders[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in pairwise(borders)]
 
 
 def _end_of(rows: FloatArray, guess: float, reach: int) -> float | None:
@@ -227,7 +231,8 @@ def _colours(
     """Return the light ``(c, 3)`` of each colour of the palette relative to the marker's own white.
 
     A column of a cylinder is lit alike from top to bottom, so white and colour are compared column by
-    column. A marker without a white band is compared with the white of the picture.
+    column. A marker without a white band is compared with the white of the picture, which tells hue but
+    no brightness: that is taken from the print.
     """
     colours = palette(marker)
     samples: dict[tuple[int, int, int], list[FloatArray]] = {colour: [] for colour in colours}
@@ -249,6 +254,8 @@ def _colours(
         if grey is not None and np.nanmax(np.concatenate(samples[grey], axis=1), initial=0.0) > SATURATED:
             continue
         found[i] = _middle(_middle(pixels, axis=1) / np.maximum(white, 1e-6), axis=0)
+    if grey is None:
+        found *= decode(colours)[np.isfinite(found)].sum() / max(float(np.nansum(found)), 1e-9)
     return found
 
 
@@ -269,11 +276,12 @@ def _inside(
     shares = (np.arange(count) + 0.5) / count
     rows = (top + inset)[:, None] + shares * (bottom - top - 2.0 * inset)[:, None]
     index = np.clip(rows.astype(int), 0, light.shape[0] - 1)
-    return light[index, columns[:, None]].astype(np.float64)
+    pixels: FloatArray = light[index, columns[:, None]].astype(np.float64)
+    return pixels
 
 
 def _parted(pixels: FloatArray, band: Band) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which pixels ``(n, s)`` are of the band's own colour and which of its pattern's, edges left out."""
+    """Return which pixels ``(n, s)`` are of the band's own colour and which of its pattern's; no edges."""
     assert band.pattern is not None
     shares = pixels / np.maximum(pixels.sum(axis=-1, keepdims=True), 1e-9)
     towards = chroma_of(band.pattern.colour) - chroma_of(band.colour)
