@@ -29,20 +29,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
 from swarmvision.colour import encode
 from swarmvision.errors import CalibrationError
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
-from swarmvision.perception.leastsquares import Solution, solve
+from swarmvision.perception.bundle import RULER_BIAS, SHARED, Bundle
+from swarmvision.perception.leastsquares import Solution
 from swarmvision.perception.sighting import Sighting, palette
 
 LEAST_PICTURES = 3
 LEAST_SPREAD = 1.3  # largest over smallest separation; less cannot tell height from tilt
-EDGE_BIAS = 0.05  # px: error that all points of one edge share, so that no averaging removes it
-RULER_BIAS = 0.003  # m: where the optical centre sits in its barrel, the same in every picture
 WORST_FOCAL = 0.03  # relative standard error of the focal length that is still worth a file
 WORST_HEIGHT = 0.010  # m, the same for the lens height
 WORST_RMS = 1.5  # px: more means another marker, or another lens, than was said
@@ -50,10 +48,7 @@ WRONG_RANGE = 0.15  # by which a range may contradict the others before it is ca
 WRONG_RULER = 6.0  # standard errors, after the fit, from which a range is called wrong
 STEEP = np.radians(5.0)  # tilt beyond which readers that think the lens level go wrong
 GUESSES = (0.5, 0.8, 1.2, 2.0)  # focal lengths to start from, in picture widths: 90 to 28 deg
-PRINT_BIAS = 0.002  # relative error of the printed marker's radius and of its height: 0.1 mm in 40 to 60 mm
 BASE_BIAS = 0.0005  # m: error of the height at which the marker stands
-SHARED = 7  # log f, height, pitch, roll, the ruler's zero, log of true over stated radius and height; then
-# for each picture the log of its range, then for each picture its bearing
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -142,17 +137,14 @@ def calibrate(
     """
     rulers = np.array([np.nan if r is None else r for r in ranges or [None] * len(sightings)], dtype=float)
     _refuse_alike(sightings, rulers)
-    problem = _Problem(sightings, marker, start, rulers, ruler_std, keep_focal)
-    focals = (start.focal_px,) if keep_focal else problem.guesses()
-    _, solution = min(
-        ((found.cost, found) for found in map(problem.solved, focals)), key=lambda pair: pair[0]
-    )
-    problem.drop_outliers(solution)
-    solution = problem.solved_from(solution.parameters)
-    calibration = problem.told(solution)
-    problem.check_ruler(calibration)
-    _refuse_uncertain(calibration, marker)
-    return calibration
+    focals = [start.focal_px] if keep_focal else _guesses(sightings, marker, start, rulers)
+    bundle = Bundle(sightings, marker, start, rulers, ruler_std, keep_focal)
+    solution = min((bundle.solved(focal) for focal in focals), key=lambda found: found.cost)
+    bundle.drop_outliers(solution)
+    found = _told(bundle, bundle.solved_from(solution.parameters), sightings, start)
+    _refuse_contradiction(found, rulers, ruler_std)
+    _refuse_uncertain(found, marker)
+    return found
 
 
 def _refuse_alike(sightings: Sequence[Sighting], rulers: FloatArray) -> None:
@@ -195,189 +187,69 @@ def _refuse_uncertain(found: Calibration, marker: Marker) -> None:
         )
 
 
-class _Problem:
-    """The residuals of all pictures as one function of all parameters."""
+def _guesses(sightings: Sequence[Sighting], marker: Marker, start: Lens, rulers: FloatArray) -> list[float]:
+    """Return focal lengths (px) to start from: one by the ranges where there are any, else a ladder."""
+    known = np.isfinite(rulers)
+    if not known.any():
+        return [share * start.width_px for share in GUESSES]
+    depth = rulers - marker.radius
+    if (depth[known] <= 0).any():
+        raise CalibrationError(
+            f"a range goes to the marker's axis and must exceed its radius {marker.radius} m"
+        )
+    separation = np.array([s.separation_px for s in sightings])
+    focal = separation * depth / (marker.bands[0].bottom - marker.bands[-1].top)  # f / cos B
+    column = np.array([np.median(s.edges_px[:, 0]) for s in sightings])
+    focal *= np.cos(np.arctan((column - start.centre_px[0]) / np.median(focal[known])))
+    middle = float(np.median(focal[known]))
+    slack = WRONG_RANGE + 2.0 * RULER_BIAS / depth
+    _refuse_range(rulers, np.abs(focal / middle - 1.0) / slack, middle / focal * depth + marker.radius)
+    return [middle]
 
-    def __init__(
-        self,
-        sightings: Sequence[Sighting],
-        marker: Marker,
-        start: Lens,
-        rulers: FloatArray,
-        ruler_std: float,
-        keep_focal: bool,
-    ) -> None:
-        self._sightings = sightings
-        self._marker = marker
-        self._start = start
-        self._rulers = rulers
-        self._ruler_std = ruler_std
-        self._focal = start.focal_px if keep_focal else None
-        count = np.arange(len(sightings))
-        self._points = np.concatenate([s.edges_px for s in sightings] + [s.sides_px for s in sightings])
-        edges, sides = [len(s.edges_px) for s in sightings], [len(s.sides_px) for s in sightings]
-        self._edges = sum(edges)  # points before this are on edges, the others at sides
-        self._picture = np.concatenate([np.repeat(count, edges), np.repeat(count, sides)])
-        self._z = np.concatenate([s.heights for s in sightings])  # above the marker's bottom edge
-        self._sign = np.concatenate([s.signs for s in sightings])
-        self._used = np.ones(len(self._points), dtype=bool)
-        self._std = self._spread()
 
-    def _kinds(self) -> list[NDArray[np.int64]]:
-        """Return the indices of the points of each edge and side of each picture."""
-        kind = np.concatenate([self._z, 10.0 * self._sign])  # heights are far below 10 m
-        groups = []
-        for i in range(len(self._sightings)):
-            for k in np.unique(kind[self._picture == i]):
-                groups.append(np.flatnonzero((self._picture == i) & (kind == k) & self._used))
-        return [group for group in groups if len(group)]
+def _refuse_contradiction(found: Calibration, rulers: FloatArray, ruler_std: float) -> None:
+    if found.ruler_zero is not None:
+        expected = found.ranges[:, 0] - found.ruler_zero[0]
+        bearable = WRONG_RULER * np.hypot(ruler_std, found.ranges[:, 1])
+        _refuse_range(rulers, np.abs(rulers - expected) / bearable, expected)
 
-    def _spread(self) -> FloatArray:
-        """Return the standard deviation of each point (px): averaged over its edge it is EDGE_BIAS."""
-        std = np.full(len(self._points), np.inf)
-        for group in self._kinds():
-            std[group] = EDGE_BIAS * np.sqrt(len(group))
-        return std
 
-    def guesses(self) -> list[float]:
-        """Return focal lengths to start from: from the ranges where there are any, else a ladder.
-
-        Raises:
-            CalibrationError: If a range contradicts the others.
-        """
-        known = np.isfinite(self._rulers)
-        if not known.any():
-            return [share * self._start.width_px for share in GUESSES]
-        marker = self._marker
-        depth = self._rulers - marker.radius
-        if (depth[known] <= 0).any():
-            raise CalibrationError(
-                f"a range goes to the marker's axis and must exceed its radius {marker.radius} m"
-            )
-        separation = np.array([s.separation_px for s in self._sightings])
-        focal = separation * depth / (marker.bands[0].bottom - marker.bands[-1].top)  # f / cos B
-        column = np.array([np.median(s.edges_px[:, 0]) for s in self._sightings])
-        focal *= np.cos(np.arctan((column - self._start.centre_px[0]) / np.median(focal[known])))
-        middle = float(np.median(focal[known]))
-        slack = WRONG_RANGE + 2.0 * RULER_BIAS / depth
-        self._agreeing(np.abs(focal / middle - 1.0) / slack, middle / focal * depth + marker.radius)
-        return [middle]
-
-    def _agreeing(self, off: FloatArray, expected: FloatArray) -> None:
-        """Raise if a given range is off, in units of what is bearable, by more than 1."""
-        worst = int(np.argmax(np.nan_to_num(off)))
-        if np.nan_to_num(off)[worst] > 1.0:
-            raise CalibrationError(
-                f"the range of picture {worst + 1}, {self._rulers[worst]:.3f} m, contradicts the others, "
-                f"which make it about {expected[worst]:.2f} m: are the ranges in the order of the pictures?"
-            )
-
-    def check_ruler(self, found: Calibration) -> None:
-        """Raise if a given range contradicts the fit.
-
-        Raises:
-            CalibrationError: Names the worst.
-        """
-        if found.ruler_zero is not None:
-            expected = found.ranges[:, 0] - found.ruler_zero[0]
-            bearable = WRONG_RULER * np.hypot(self._ruler_std, found.ranges[:, 1])
-            self._agreeing(np.abs(self._rulers - expected) / bearable, expected)
-
-    def solved(self, focal: float) -> Solution:
-        """Return the solution next to a focal length (px), from a closed form."""
-        start, marker = self._start, self._marker
-        span = marker.bands[0].bottom - marker.bands[-1].top
-        middle = marker.base + (marker.bands[0].bottom + marker.bands[-1].top) / 2.0
-        straight = replace(start, focal_px=focal).undistort(self._points)
-        centre = np.array([np.median(straight[self._picture == i], axis=0) for i in self._indices()])
-        separation = np.array([s.separation_px for s in self._sightings])
-        # row = horizon - separation (z - h) / H, a line in the separation
-        slope, horizon = np.polyfit(separation, centre[:, 1], 1)
-        bearing = np.arctan2(start.centre_px[0] - centre[:, 0], focal)
-        distance = focal * span / separation / np.cos(bearing) + marker.radius
-        pitch = np.arctan2(horizon - start.centre_px[1], focal)
-        lens = [np.log(focal), middle + slope * span, np.clip(pitch, -0.5, 0.5), 0.0]
-        return self.solved_from(np.array([*lens, 0.0, 0.0, 0.0, *np.log(distance), *bearing]))
-
-    def solved_from(self, parameters: FloatArray) -> Solution:
-        """Return the solution next to parameters."""
-        return solve(self.residuals, parameters, np.full(len(parameters), 1e-6))
-
-    def _indices(self) -> range:
-        return range(len(self._sightings))
-
-    def residuals(self, parameters: FloatArray) -> FloatArray:
-        """Return all residuals over their standard deviations: points, ruler, its zero, the print."""
-        distance = np.exp(parameters[SHARED : SHARED + len(self._sightings)])
-        known = np.isfinite(self._rulers)
-        ruler = (distance - self._rulers - parameters[4])[known] / self._ruler_std
-        given = parameters[4:SHARED] / [RULER_BIAS, PRINT_BIAS, PRINT_BIAS]
-        kept = [] if self._focal is None else [(parameters[0] - np.log(self._focal)) / 1e-6]
-        points = (self.misses(parameters) / self._std)[self._used]
-        return np.concatenate([points, ruler, given, kept])
-
-    def misses(self, parameters: FloatArray) -> FloatArray:
-        """Return by how much each point misses the model (px): rows on edges, columns at sides."""
-        focal, (height, pitch, roll) = float(np.exp(np.clip(parameters[0], 0, 12))), parameters[1:4]
-        distance, bearing = np.split(parameters[SHARED:], 2)
-        d, b = np.exp(distance)[self._picture], bearing[self._picture]
-        radius, edges = self._marker.radius * np.exp(parameters[5]), self._edges
-        z = self._marker.base + self._z * np.exp(parameters[6])
-        d = np.maximum(d, 1.02 * radius)
-        azimuth, slope = _level_rays(replace(self._start, focal_px=focal), self._points, pitch, roll)
-        off = (azimuth - b)[:edges]
-        across = np.clip(d[:edges] * np.sin(off) / radius, -0.98, 0.98)
-        depth = d[:edges] * np.cos(off) - radius * np.sqrt(1.0 - across**2)
-        up = slope[:edges] - (z - height) / np.maximum(depth, 1e-3)
-        left = azimuth[edges:] - b[edges:] - self._sign * np.arcsin(radius / d[edges:])
-        return focal * np.concatenate([-up / np.cos(azimuth[:edges]), -left / np.cos(azimuth[edges:]) ** 2])
-
-    def drop_outliers(self, solution: Solution) -> None:
-        """Leave out points of an edge that stand far from its others."""
-        misses = self.misses(solution.parameters)
-        for group in self._kinds():
-            off = np.abs(misses[group] - np.median(misses[group]))
-            self._used[group[off > 4.0 * 1.4826 * np.median(off) + 0.05]] = False
-        self._std = self._spread()
-
-    def told(self, solution: Solution) -> Calibration:
-        """Return the solution in words; its errors grow where the residuals are larger than expected."""
-        count, at = len(self._sightings), solution.parameters
-        freedom = max(len(solution.residuals) - len(at), 1)
-        with np.errstate(invalid="ignore"):
-            std = np.sqrt(np.diag(solution.covariance) * max(solution.cost / freedom, 1.0))
-        misses = self.misses(at)
-        own = [(self._picture == i) & self._used for i in self._indices()]
-        focal, distance = float(np.exp(at[0])), np.exp(at[SHARED : SHARED + count])
-        spread = distance * std[SHARED : SHARED + count]
-        height, pitch, roll = ((float(at[i]), float(std[i])) for i in (1, 2, 3))
-        colours, colours_spread = _colours(self._sightings)
-        return Calibration(
-            start=self._start,
-            focal_px=(focal, focal * float(std[0])),
-            height=(height[0], float(np.hypot(height[1], BASE_BIAS))),
-            pitch=pitch,
-            roll=roll,
-            ruler_zero=(float(at[4]), float(std[4])) if np.isfinite(self._rulers).any() else None,
-            ranges=np.column_stack([distance, spread]),
-            bearings=at[SHARED + count :],
-            points_px=tuple(self._points[mask] for mask in own),
-            residuals_px=tuple(misses[mask] for mask in own),
-            colours=colours,
-            colours_spread=colours_spread,
+def _refuse_range(rulers: FloatArray, off: FloatArray, expected: FloatArray) -> None:
+    """Raise if a given range is off, in units of what is bearable, by more than 1."""
+    off = np.nan_to_num(off)
+    worst = int(np.argmax(off))
+    if off[worst] > 1.0:
+        raise CalibrationError(
+            f"the range of picture {worst + 1}, {rulers[worst]:.3f} m, contradicts the others, "
+            f"which make it about {expected[worst]:.2f} m: are the ranges in the order of the pictures?"
         )
 
 
-def _level_rays(
-    lens: Lens, points_px: FloatArray, pitch: float, roll: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return azimuth (rad, left positive) and slope (up per way over the ground) of rays, each ``(n,)``."""
-    straight = lens.undistort(points_px)
-    left = (lens.centre_px[0] - straight[:, 0]) / lens.focal_px
-    up = (lens.centre_px[1] - straight[:, 1]) / lens.focal_px
-    left, up = left * np.cos(roll) - up * np.sin(roll), left * np.sin(roll) + up * np.cos(roll)
-    ahead, up = np.cos(pitch) - up * np.sin(pitch), np.sin(pitch) + up * np.cos(pitch)
-    return np.arctan2(left, ahead), up / np.hypot(ahead, left)
+def _told(bundle: Bundle, solution: Solution, sightings: Sequence[Sighting], start: Lens) -> Calibration:
+    """Return the solution in words; its errors grow where the residuals are larger than expected."""
+    count, at = len(sightings), solution.parameters
+    freedom = max(len(solution.residuals) - len(at), 1)
+    with np.errstate(invalid="ignore"):
+        std = np.sqrt(np.diag(solution.covariance) * max(solution.cost / freedom, 1.0))
+    misses = bundle.misses(at)
+    own = [(bundle.picture == i) & bundle.used for i in range(count)]
+    focal, distance = float(np.exp(at[0])), np.exp(at[SHARED : SHARED + count])
+    height, pitch, roll, zero = ((float(at[i]), float(std[i])) for i in (1, 2, 3, 4))
+    colours, colours_spread = _colours(sightings)
+    return Calibration(
+        start=start,
+        focal_px=(focal, focal * float(std[0])),
+        height=(height[0], float(np.hypot(height[1], BASE_BIAS))),
+        pitch=pitch,
+        roll=roll,
+        ruler_zero=zero if bundle.has_rulers else None,
+        ranges=np.column_stack([distance, distance * std[SHARED : SHARED + count]]),
+        bearings=at[SHARED + count :],
+        points_px=tuple(bundle.points[mask] for mask in own),
+        residuals_px=tuple(misses[mask] for mask in own),
+        colours=colours,
+        colours_spread=colours_spread,
+    )
 
 
 def _colours(sightings: Sequence[Sighting]) -> tuple[FloatArray, FloatArray]:
