@@ -177,7 +177,7 @@ def _refuse_uncertain(found: Calibration, marker: Marker) -> None:
         )
     if std > WORST_FOCAL * focal:
         raise CalibrationError(
-            f"the focal length stays uncertain by {100.0 * std / focal:.0f} %: give --ranges, or add "
+            f"the focal length stays uncertain by {100.0 * std / focal:.1f} %: give --ranges, or add "
             "pictures within 0.15 m and towards the left and right border"
         )
     if found.height[1] > WORST_HEIGHT:
