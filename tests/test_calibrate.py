@@ -28,7 +28,6 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.config.writing import as_toml
 from swarmvision.data import Scene
 from swarmvision.errors import CalibrationError, ConfigError, PictureError
-from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
 from swarmvision.perception.calibrate import calibrate, recoloured
@@ -217,7 +216,7 @@ def test_errors_are_as_large_as_they_are_said_to_be() -> None:
     for seed in range(20):
         rng = np.random.default_rng(seed)
         lens = replace(TRUE, focal_px=float(rng.uniform(500, 800)), height=float(rng.uniform(0.07, 0.10)))
-        far = np.geomspace(0.16, 0.6, 5)
+        far = np.geomspace(0.2, 0.6, 5)
         bearing = rng.uniform(-0.5, 0.5, 5) * lens.fov / 2.0
         poses = list(zip(far * np.cos(bearing), far * np.sin(bearing), rng.uniform(-3, 3, 5), strict=True))
         seen = [sight(image, MARKER) for image in pictures(lens, poses=poses)]
@@ -263,6 +262,15 @@ def test_colours_come_back_in_any_light(light: tuple[float, float, float]) -> No
         np.testing.assert_allclose(rgb(codes[rgb(name)]), rgb(code), atol=allowed)
 
 
+def test_a_seam_that_faces_the_lens_leaves_enough_of_both_rings() -> None:
+    # The stripe touches one ring left of the seam, which azimuth pi - heading = 0 shows, and the other right.
+    poses = [(x, 0.0, np.pi) for x in (0.2, 0.35, 0.6)]
+    seen = [sight(image, MARKER) for image in pictures(poses=poses)]
+    found = calibrate(seen, MARKER, BLIND, [0.2, 0.35, 0.6])
+    assert found.focal_px[0] == pytest.approx(TRUE.focal_px, rel=0.005)
+    np.testing.assert_allclose(rgb(recoloured(found, MARKER)[(226, 190, 32)]), (226, 190, 32), atol=3)
+
+
 def test_over_exposed_white_tells_no_colours() -> None:
     seen = [sight(relit(image, (2.0, 2.0, 2.0)), MARKER) for image in pictures(poses=POSES[1:4])]
     found = calibrate(seen, MARKER, BLIND, RANGES[1:4])
@@ -277,7 +285,7 @@ def test_too_few_and_too_similar_pictures_are_refused() -> None:
         calibrate(sightings()[:2], MARKER, BLIND)
     alike = [sight(image, MARKER) for image in pictures(poses=[(0.3, y, 1.0) for y in (-0.05, 0.0, 0.05)])]
     with pytest.raises(
-        CalibrationError, match="at about one distance .* height and tilt cannot be told apart"
+        CalibrationError, match=r"at about one distance .* height and tilt cannot be told apart"
     ):
         calibrate(alike, MARKER, BLIND, [0.304, 0.3, 0.304])
 
@@ -294,7 +302,7 @@ def test_ranges_that_contradict_the_pictures_are_refused_by_number() -> None:
     with pytest.raises(CalibrationError, match=r"range of picture [23], .* contradicts the others"):
         calibrate(sightings(), MARKER, BLIND, swapped)
     slip = [*RANGES[:3], RANGES[3] + 0.02, *RANGES[4:]]  # 2 cm in 0.41 m: 5 %, found after the fit
-    with pytest.raises(CalibrationError, match=r"range of picture 4, 0\.432 m, .* about 0\.41 m"):
+    with pytest.raises(CalibrationError, match=r"range of picture 4, 0\.432 m, .* about 0\.4[12] m"):
         calibrate(sightings(), MARKER, BLIND, slip)
 
 
@@ -311,13 +319,15 @@ def test_impossible_ranges_are_refused(ranges: list[float | None], line: str) ->
         calibrate(sightings(), MARKER, BLIND, ranges)
 
 
-def test_another_marker_is_refused() -> None:
-    taller = ROBOT.marker.replace(
-        bands=(ROBOT.marker.bands[0], ROBOT.marker.bands[1].replace(height=0.048), ROBOT.marker.bands[2])
+@pytest.mark.parametrize("ranges", [RANGES, None])
+def test_another_marker_is_refused(ranges: list[float] | None) -> None:
+    bands = ROBOT.marker.bands
+    taller = Marker.from_config(
+        ROBOT.marker.replace(bands=(bands[0], bands[1].replace(height=0.044), bands[2]))
     )
-    seen = [sight(image, Marker.from_config(taller)) for image in pictures()]
-    with pytest.raises(CalibrationError):
-        calibrate(seen, Marker.from_config(taller), BLIND)
+    seen = [sight(image, taller) for image in pictures()]
+    with pytest.raises(CalibrationError, match=r"is it this marker, and are the ranges right\?"):
+        calibrate(seen, taller, BLIND, ranges)
 
 
 def test_a_picture_must_show_one_whole_marker() -> None:
@@ -374,7 +384,7 @@ Hold = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 @cache
 def board_pictures(held: tuple[Hold, ...]) -> tuple[Picture, ...]:
-    """Views of the printed board by our own lens model, ray by ray: turn (rad) and shift (m), x right, y down."""
+    """Views of the printed board by our own lens model: turn (rad) and shift (m), x right, y down."""
     dots = 6000  # per m
     size = (int(BOARD.squares_x * BOARD.square * dots), int(BOARD.squares_y * BOARD.square * dots))
     printed = board_of(BOARD).generateImage(size, marginSize=0)
@@ -399,6 +409,17 @@ def views(held: tuple[Hold, ...]) -> list[BoardView]:
     return [view(image, board) for image in board_pictures(held)]
 
 
+def test_calibration_needs_numpy_and_opencv_alone() -> None:
+    code = (
+        "import sys\n"
+        "for name in ('pydantic', 'numba', 'pymunk', 'scipy', 'pettingzoo', 'matplotlib', 'typer'):\n"
+        "    sys.modules[name] = None\n"
+        "from swarmvision.perception import bundle, calibrate, charuco, leastsquares, sighting\n"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+
+
 def test_a_boards_lens_comes_back_with_its_distortion_and_centre() -> None:
     found = calibrate_board(views(HELD), replace(BENT, focal_px=300.0, distortion=(0.0,) * 5))
     assert found.lens.focal_px == pytest.approx(500.0, rel=0.005)
@@ -417,7 +438,7 @@ def test_a_boards_lens_comes_back_with_its_distortion_and_centre() -> None:
 def test_boards_that_tell_too_little_are_refused() -> None:
     with pytest.raises(CalibrationError, match="3 pictures of the board are too few: 4 are needed"):
         calibrate_board(views(HELD)[:3], BENT)
-    with pytest.raises(CalibrationError, match="must be held askew|do not determine"):
+    with pytest.raises(CalibrationError, match=r"askew by \d deg at most: hold it askew"):
         calibrate_board(views(FLAT), BENT)
     with pytest.raises(CalibrationError, match="0 corners of the board are seen, 8 are needed"):
         view(np.full((480, 640, 3), 200, np.uint8), board_of(BOARD))
@@ -533,10 +554,3 @@ def test_the_written_camera_reads_a_tilted_lens_as_well_as_a_level_one(tmp_path:
         estimates = reader.read(image)
         errors.append(float(estimates.range[0]) / distance - 1.0)
     assert np.abs(errors).max() < 0.01
-
-
-def directions(lens: Lens, points: FloatArray) -> FloatArray:
-    """Unit rays of straight points; for the law below."""
-    rays = np.column_stack([np.ones(len(points)), *((lens.centre_px - points) / lens.focal_px).T])
-    unit: FloatArray = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-    return unit

@@ -48,6 +48,7 @@ WRONG_RANGE = 0.15  # by which a range may contradict the others before it is ca
 WRONG_RULER = 6.0  # standard errors, after the fit, from which a range is called wrong
 STEEP = np.radians(5.0)  # tilt beyond which readers that think the lens level go wrong
 GUESSES = (0.5, 0.8, 1.2, 2.0)  # focal lengths to start from, in picture widths: 90 to 28 deg
+WRONG_PRINT = 0.01  # relative error of the print beyond which it is not this marker: five times PRINT_BIAS
 BASE_BIAS = 0.0005  # m: error of the height at which the marker stands
 
 
@@ -66,6 +67,8 @@ class Calibration:
     """By which the lens's left side is raised (rad)."""
     ruler_zero: tuple[float, float] | None
     """What must be added to every range as given (m); None where none was given."""
+    print_scale: tuple[float, float]
+    """True over stated radius and height of the marker, as far as the pictures tell them."""
     ranges: FloatArray
     """Of the axis in each picture and its standard error (m), shape ``(n, 2)``."""
     bearings: FloatArray
@@ -175,6 +178,12 @@ def _refuse_uncertain(found: Calibration, marker: Marker) -> None:
             f"the pictures fit marker {marker.name!r} to {found.overall_rms_px:.1f} px only (rms): "
             "is it this marker, and is the distortion of the lens known?"
         )
+    radius, height = found.print_scale
+    if max(abs(np.log(radius)), abs(np.log(height))) > WRONG_PRINT:
+        raise CalibrationError(
+            f"the pictures want the radius of marker {marker.name!r} {100.0 * (radius - 1.0):+.1f} % and its "
+            f"height {100.0 * (height - 1.0):+.1f} % larger: is it this marker, and are the ranges right?"
+        )
     if std > WORST_FOCAL * focal:
         raise CalibrationError(
             f"the focal length stays uncertain by {100.0 * std / focal:.1f} %: give --ranges, or add "
@@ -243,6 +252,7 @@ def _told(bundle: Bundle, solution: Solution, sightings: Sequence[Sighting], sta
         pitch=pitch,
         roll=roll,
         ruler_zero=zero if bundle.has_rulers else None,
+        print_scale=(float(np.exp(at[5])), float(np.exp(at[6]))),
         ranges=np.column_stack([distance, distance * std[SHARED : SHARED + count]]),
         bearings=at[SHARED + count :],
         points_px=tuple(bundle.points[mask] for mask in own),

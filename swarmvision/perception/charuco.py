@@ -26,6 +26,7 @@ LEAST_VIEWS = 4
 LEAST_CORNERS = 8  # of the board, that a picture must show
 WORST_FOCAL = 0.01  # relative standard error of the focal length that is still worth a file
 WORST_RMS = 1.0  # px
+LEAST_SKEW = np.radians(15.0)  # between the board and the picture, at least once
 TOLD = 3.0  # standard errors by which k3 must differ from 0 to be kept
 
 
@@ -53,6 +54,8 @@ class BoardCalibration:
     """Corners of each picture, each ``(n, 2)``."""
     residuals_px: tuple[FloatArray, ...]
     """By how much each corner misses the model, shape ``(n, 2)``."""
+    skew: FloatArray
+    """Angle between the board and the picture's plane in each picture (rad), shape ``(pictures,)``."""
 
     @property
     def rms_px(self) -> FloatArray:
@@ -119,12 +122,17 @@ def calibrate_board(views: Sequence[BoardView], start: Lens) -> BoardCalibration
     more = _solved(views, start, 0)
     if abs(more.distortion[4][0]) > TOLD * more.distortion[4][1]:
         found = more
-    focal, std = found.focal_px
-    if not np.isfinite([focal, std]).all() or std > WORST_FOCAL * focal:
-        uncertain = 100.0 * std / focal if np.isfinite([focal, std]).all() else np.inf
+    # A board that faces the lens does not tell focal length from distance, however well it fits.
+    if found.skew.max() < LEAST_SKEW:
         raise CalibrationError(
-            f"the focal length stays uncertain by {uncertain:.0f} %: the board must be held askew, "
-            "30 deg and more, in different ways"
+            f"the board is askew by {np.degrees(found.skew.max()):.0f} deg at most: hold it askew by 30 deg "
+            "and more, in different ways"
+        )
+    focal, std = found.focal_px
+    if not std <= WORST_FOCAL * focal:
+        raise CalibrationError(
+            f"the focal length stays uncertain by {100.0 * std / focal:.1f} %: more pictures are needed, "
+            "nearer and more askew"
         )
     if found.overall_rms_px > WORST_RMS:
         raise CalibrationError(
@@ -168,4 +176,5 @@ def _solved(views: Sequence[BoardView], start: Lens, flags: int) -> BoardCalibra
         distortion=tuple((value, float(error)) for value, error in zip(bent, std[4:9], strict=True)),
         points_px=tuple(v.corners_px for v in views),
         residuals_px=tuple(residuals),
+        skew=np.array([np.arccos(min(abs(cv2.Rodrigues(turn)[0][2, 2]), 1.0)) for turn in turns]),
     )

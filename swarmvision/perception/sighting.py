@@ -27,12 +27,13 @@ from swarmvision.perception.segment import COLOURFUL, Hues, Light, chroma_of, cl
 
 COARSE_WIDTH = 320  # px; markers are looked for at about this width
 USED = 0.43  # of the marker's width to either side of its middle: the rim is too steep to be told well
-LEAST_COLUMNS = 8  # in which both inner edges must be found
+LEAST_COLUMNS = 6  # in which each inner edge must be found
 LEAST_SEPARATION = 8.0  # px between them
 CORE = 0.3  # of the width to either side of the middle: where colours are taken
 OTHER_COLOUR = 0.08  # share by which a plateau may differ from the median plateau; more is the stripe
 SATURATED = 0.985  # linear light from which a pixel may have been brighter than the camera can tell
 SLICES, SLICE = 4, 4  # a ring's side is measured in up to so many slices, of so many rows or more
+TOO_SMALL = "the marker's rings are cut, hidden, blurred or too small to be measured"
 FLAT = 0.2  # spread of a background plateau, as a fraction of the step
 
 
@@ -98,15 +99,17 @@ def _measured(light: Light, candidate: Candidate, marker: Marker, scale: int) ->
     middle, width = (candidate.left + candidate.right) / 2.0, candidate.right - candidate.left
     first = max(int(np.ceil(middle - USED * width)), 0)
     columns = np.arange(first, min(int(middle + USED * width), light.shape[1]))
+    if len(columns) < LEAST_COLUMNS:
+        raise PictureError(TOO_SMALL)
     coarse = np.stack(
         [np.interp(columns + 0.5, candidate.columns, candidate.rows[:, i]) for i in range(4)], axis=1
     )
     upper, upper_ok = _ring_edge(light, columns, coarse, 0)
     lower, lower_ok = _ring_edge(light, columns, coarse, 1)
-    both = upper_ok & lower_ok
-    if both.sum() < LEAST_COLUMNS:
-        raise PictureError("the marker's rings are too small, blurred or hidden to be measured")
-    separation = float(np.median((lower - upper)[both]))
+    if min(upper_ok.sum(), lower_ok.sum()) < LEAST_COLUMNS:
+        raise PictureError(TOO_SMALL)
+    # Where the pattern's seam faces the lens the stripe touches one ring left of it, the other right.
+    separation = float(np.median(lower[lower_ok]) - np.median(upper[upper_ok]))
     if separation < LEAST_SEPARATION:
         raise PictureError(
             f"the marker is too far away: its rings are {separation:.0f} px apart, "
@@ -118,9 +121,9 @@ def _measured(light: Light, candidate: Candidate, marker: Marker, scale: int) ->
             "the marker's sides are not both free: cut by the border, hidden or before clutter"
         )
     heights = (marker.bands[0].bottom, marker.bands[-1].top)
-    core = both & (np.abs(columns + 0.5 - middle) < CORE * width)
-    if core.sum() < 3:
-        core = both
+    core = np.abs(columns + 0.5 - middle) < CORE * width
+    upper_all = np.interp(columns, columns[upper_ok], upper[upper_ok])
+    lower_all = np.interp(columns, columns[lower_ok], lower[lower_ok])
     return Sighting(
         edges_px=np.concatenate(
             [
@@ -132,7 +135,7 @@ def _measured(light: Light, candidate: Candidate, marker: Marker, scale: int) ->
         sides_px=sides,
         signs=signs,
         separation_px=separation,
-        colours=_colours(light, columns[core], upper[core], lower[core], marker),
+        colours=_colours(light, columns[core], upper_all[core], lower_all[core], marker),
     )
 
 
