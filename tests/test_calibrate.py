@@ -347,6 +347,34 @@ def test_a_picture_must_show_one_whole_marker() -> None:
         sight(far, MARKER)
 
 
+def test_a_marker_half_behind_something_is_refused() -> None:
+    image = pictures(poses=[(0.3, 0.0, 1.0)])[0]
+    image[:, 322:] = (90, 90, 90)
+    with pytest.raises(PictureError, match="the marker is partly hidden"):
+        sight(image, MARKER)
+
+
+def test_a_dark_post_beside_a_ring_does_not_move_its_end() -> None:
+    # Half angle asin(0.02 / 0.3) = 3.8 deg: the right side is at 320 + 700 tan(3.8 deg) = 366.8 px.
+    plain = pictures(poses=[(0.3, 0.0, 1.0)], noise=0.0)[0]
+    darkened = plain.copy()
+    darkened[240:330, 367:369] = (40, 40, 40)  # beside the lower ring only
+    side = sight(plain, MARKER)
+    right = side.sides_px[side.signs < 0, 0]
+    np.testing.assert_allclose(right, 366.77, atol=0.05)
+    posted = sight(darkened, MARKER)
+    np.testing.assert_allclose(posted.sides_px[posted.signs < 0, 0], 366.77, atol=0.05)
+    assert len(posted.sides_px) < len(side.sides_px)
+
+
+def test_a_picture_that_does_not_fit_is_named() -> None:
+    odd = sightings()[1]
+    shifted = odd.edges_px + np.where(odd.heights > 0.03, 6.0, 0.0)[:, None] * np.array([0.0, 1.0])
+    wrong = [sightings()[0], replace(odd, edges_px=shifted), *sightings()[2:]]
+    with pytest.raises(CalibrationError, match=r"picture 2 fits marker 'helix-40x60' to \d\.\d px only"):
+        calibrate(wrong, MARKER, BLIND)
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (480, 2), (90, 120)])
 def test_no_picture_breaks_a_sighting(shape: tuple[int, int]) -> None:
     for image in (

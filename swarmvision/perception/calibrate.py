@@ -173,10 +173,11 @@ def _refuse_uncertain(found: Calibration, marker: Marker) -> None:
     focal, std = found.focal_px
     if not np.isfinite([focal, *found.height, *found.pitch]).all() or not np.isfinite(std):
         raise CalibrationError("the pictures do not determine the lens: add nearer and farther ones")
-    if found.overall_rms_px > WORST_RMS:
+    worst = int(np.argmax(found.rms_px))
+    if found.rms_px[worst] > WORST_RMS:
         raise CalibrationError(
-            f"the pictures fit marker {marker.name!r} to {found.overall_rms_px:.1f} px only (rms): "
-            "is it this marker, and is the distortion of the lens known?"
+            f"picture {worst + 1} fits marker {marker.name!r} to {found.rms_px[worst]:.1f} px only (rms): "
+            "is it this marker, whole, and is the distortion of the lens known?"
         )
     radius, height = found.print_scale
     if max(abs(np.log(radius)), abs(np.log(height))) > WRONG_PRINT:

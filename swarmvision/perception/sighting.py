@@ -33,6 +33,8 @@ CORE = 0.3  # of the width to either side of the middle: where colours are taken
 OTHER_COLOUR = 0.08  # share by which a plateau may differ from the median plateau; more is the stripe
 SATURATED = 0.985  # linear light from which a pixel may have been brighter than the camera can tell
 SLICES, SLICE = 4, 4  # a ring's side is measured in up to so many slices, of so many rows or more
+NO_THIRD = 0.6  # least sum of the shares of ring and background in a pixel between them
+NARROWEST = 0.78  # least width of a whole marker: sqrt((d - R) / (d + R)) at a range of 4 R
 TOO_SMALL = "the marker's rings are cut, hidden, blurred or too small to be measured"
 FLAT = 0.2  # spread of a background plateau, as a fraction of the step
 
@@ -121,6 +123,10 @@ def _measured(light: Light, candidate: Candidate, marker: Marker, scale: int) ->
             "the marker's sides are not both free: cut by the border, hidden or before clutter"
         )
     heights = (marker.bands[0].bottom, marker.bands[-1].top)
+    # From afar; nearer it looks narrower, towards the border wider.
+    widest = 2.0 * marker.radius / (heights[0] - heights[1]) * separation
+    if sides[signs < 0, 0].max() - sides[signs > 0, 0].min() < NARROWEST * widest:
+        raise PictureError("the marker is partly hidden")
     core = np.abs(columns + 0.5 - middle) < CORE * width
     upper_all = np.interp(columns, columns[upper_ok], upper[upper_ok])
     lower_all = np.interp(columns, columns[lower_ok], lower[lower_ok])
@@ -222,6 +228,9 @@ def _end_of(rows: FloatArray, guess: float, reach: int) -> float | None:
         along = np.ptp((outside @ direction).mean(axis=1))
         if max(across, along) > FLAT * contrast:
             return None  # another edge lies behind
+        shares = np.linalg.lstsq(np.stack([ring, background], axis=1), profile[start:end].T, rcond=None)[0]
+        if shares.sum(axis=0).min() < NO_THIRD:
+            return None  # something dark stands between the two
         at = end - float((profile[start:end] @ direction).sum()) / contrast
         if abs(at - guess) > reach:
             return None
