@@ -169,6 +169,10 @@ def calibrate(
     folder, start = out or Path("out") / "calibration", _camera_config(camera) if camera else None
     with _announced():
         if charuco is not None:
+            if ranges or keep_focal:
+                raise ConfigError(
+                    "--charuco takes neither --ranges nor --keep-focal: the board has its own scale"
+                )
             report = from_board(pictures, folder, _board_config(charuco), start)
         else:
             given = ranges_from(ranges) if ranges else None

@@ -531,6 +531,7 @@ def test_what_the_command_refuses_it_refuses_in_one_line(folder: Path, tmp_path:
         ([*paths, small], "small.png: the picture is 64 x 48 px"),
         ([small], "small.png: no marker 'helix-40x60' found"),
         ([*paths, "--charuco", tmp_path / "none.toml"], "none.toml: cannot be read"),
+        ([*paths, "--charuco", "b.toml", "--ranges", "1"], "--charuco takes neither --ranges"),
     ):
         result = command("calibrate", *arguments, "--out", tmp_path / "out")
         assert result.returncode == 1, result.stdout
