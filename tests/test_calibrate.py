@@ -375,6 +375,19 @@ def test_a_picture_that_does_not_fit_is_named() -> None:
         calibrate(wrong, MARKER, BLIND)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_pictures_by_different_lenses_are_refused_not_averaged(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    seen = []
+    for distance in rng.uniform(0.2, 0.6, 5):
+        lens = replace(TRUE, focal_px=float(rng.uniform(400, 800)), height=float(rng.uniform(0.07, 0.11)))
+        seen.append(sight(pictures(lens, poses=[(float(distance), 0.0, 1.0)])[0], MARKER))
+    ranges = [None if rng.random() < 0.3 else float(r) for r in rng.uniform(0.01, 1.5, 5)]
+    for given in (None, ranges):
+        with pytest.raises(CalibrationError):
+            calibrate(seen, MARKER, BLIND, given)
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (480, 2), (90, 120)])
 def test_no_picture_breaks_a_sighting(shape: tuple[int, int]) -> None:
     for image in (

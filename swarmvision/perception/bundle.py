@@ -103,7 +103,7 @@ class Bundle:
 
     def residuals(self, parameters: FloatArray) -> FloatArray:
         """Return all residuals over their standard deviations: points, ruler, its zero, the print."""
-        distance = np.exp(parameters[SHARED : SHARED + len(self._sightings)])
+        distance = self.ranges(parameters)
         known = np.isfinite(self._rulers)
         ruler = (distance - self._rulers - parameters[4])[known] / self._ruler_std
         given = parameters[4:SHARED] / [RULER_BIAS, PRINT_BIAS, PRINT_BIAS]
@@ -111,13 +111,34 @@ class Bundle:
         points = (self.misses(parameters) / self._std)[self.used]
         return np.concatenate([points, ruler, given, kept])
 
+    @staticmethod
+    def focal(parameters: FloatArray) -> float:
+        """Return the focal length (px), from 1 to 1e5."""
+        return float(np.exp(np.clip(parameters[0], 0.0, 11.5)))
+
+    @staticmethod
+    def print_scale(parameters: FloatArray) -> tuple[float, float]:
+        """Return true over stated radius and true over stated height of the print."""
+        radius, height = np.exp(np.clip(parameters[5:SHARED], -1.0, 1.0))
+        return float(radius), float(height)
+
+    def ranges(self, parameters: FloatArray) -> FloatArray:
+        """Return the range in each picture (m); kept finite, for a trial step may go anywhere."""
+        distance: FloatArray = np.exp(
+            np.clip(parameters[SHARED : SHARED + len(self._sightings)], -10.0, 10.0)
+        )
+        return distance
+
     def misses(self, parameters: FloatArray) -> FloatArray:
         """Return by how much each point misses the model (px): rows on edges, columns at sides."""
-        focal, (height, pitch, roll) = float(np.exp(np.clip(parameters[0], 0, 12))), parameters[1:4]
-        distance, bearing = np.split(parameters[SHARED:], 2)
-        d, b = np.exp(distance)[self.picture], bearing[self.picture]
-        radius, edges = self._marker.radius * np.exp(parameters[5]), self._edges
-        z = self._marker.base + self._z * np.exp(parameters[6])
+        focal, (height, pitch, roll) = self.focal(parameters), parameters[1:4]
+        d, b = (
+            self.ranges(parameters)[self.picture],
+            parameters[SHARED + len(self._sightings) :][self.picture],
+        )
+        print_radius, print_height = self.print_scale(parameters)
+        radius, edges = self._marker.radius * print_radius, self._edges
+        z = self._marker.base + self._z * print_height
         d = np.maximum(d, 1.02 * radius)
         azimuth, slope = _level_rays(replace(self._start, focal_px=focal), self.points, pitch, roll)
         off = (azimuth - b)[:edges]

@@ -158,7 +158,8 @@ def _refuse_alike(sightings: Sequence[Sighting], rulers: FloatArray) -> None:
         raise CalibrationError(f"a range must be positive (m), got {wrong[0]}")
     if len(sightings) < LEAST_PICTURES:
         raise CalibrationError(
-            f"{len(sightings)} pictures are too few: {LEAST_PICTURES} are needed, 6 to 10 are good"
+            f"{len(sightings)} picture{'s are' if len(sightings) != 1 else ' is'} too few: "
+            f"{LEAST_PICTURES} are needed, 6 to 10 are good"
         )
     separations = [s.separation_px for s in sightings]
     if max(separations) < LEAST_SPREAD * min(separations):
@@ -243,7 +244,7 @@ def _told(bundle: Bundle, solution: Solution, sightings: Sequence[Sighting], sta
         std = np.sqrt(np.diag(solution.covariance) * max(solution.cost / freedom, 1.0))
     misses = bundle.misses(at)
     own = [(bundle.picture == i) & bundle.used for i in range(count)]
-    focal, distance = float(np.exp(at[0])), np.exp(at[SHARED : SHARED + count])
+    focal, distance = bundle.focal(at), bundle.ranges(at)
     height, pitch, roll, zero = ((float(at[i]), float(std[i])) for i in (1, 2, 3, 4))
     colours, colours_spread = _colours(sightings)
     return Calibration(
@@ -253,7 +254,7 @@ def _told(bundle: Bundle, solution: Solution, sightings: Sequence[Sighting], sta
         pitch=pitch,
         roll=roll,
         ruler_zero=zero if bundle.has_rulers else None,
-        print_scale=(float(np.exp(at[5])), float(np.exp(at[6]))),
+        print_scale=bundle.print_scale(at),
         ranges=np.column_stack([distance, distance * std[SHARED : SHARED + count]]),
         bearings=at[SHARED + count :],
         points_px=tuple(bundle.points[mask] for mask in own),

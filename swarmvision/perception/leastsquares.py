@@ -50,8 +50,9 @@ def solve(residuals: Callable[[FloatArray], FloatArray], start: FloatArray, step
         normal, slope = jacobian.T @ jacobian, jacobian.T @ found
         stiff = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
         trial = at - np.linalg.lstsq(stiff, slope, rcond=None)[0]
-        there = residuals(trial)
-        gain = float(found @ found - there @ there)
+        with np.errstate(all="ignore"):  # a step too long may leave the finite numbers; it is not taken
+            there = residuals(trial)
+            gain = float(found @ found - there @ there)
         if not gain > 0.0:  # also where the trial is not finite
             damping *= 10.0
             if damping > STIFFEST:
@@ -76,7 +77,8 @@ def _jacobian(residuals: Callable[[FloatArray], FloatArray], at: FloatArray, ste
 
 def _covariance(jacobian: FloatArray) -> FloatArray:
     """Return the inverse of the normal matrix; infinite for parameters in its null space."""
-    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    size = np.linalg.norm(jacobian, axis=0)
+    size[size < 1e-100] = 1.0  # not seen at all: a zero singular value
     _, values, axes = np.linalg.svd(jacobian / size, full_matrices=False)
     told = values > 1e-9 * values[0]
     inverse: FloatArray = (axes[told].T / values[told] ** 2) @ axes[told] / np.outer(size, size)
