@@ -18,6 +18,9 @@ from swarmvision.errors import ConfigError, PictureError, SwarmVisionError, unkn
 
 if TYPE_CHECKING:
     from swarmvision.camera import Lens
+    from swarmvision.config.board import BoardConfig
+    from swarmvision.config.camera import LensConfig
+    from swarmvision.config.marker import MarkerConfig
     from swarmvision.config.scenario import ScenarioConfig
     from swarmvision.data import Estimates
     from swarmvision.marker import Marker
@@ -141,6 +144,47 @@ def detect(
 
 
 @app.command()
+def calibrate(
+    pictures: Annotated[list[Path], typer.Argument(help="PNG or JPEG, one marker in each.")],
+    ranges: Annotated[
+        str | None,
+        typer.Option(help="From lens to marker axis for each picture (m), as 0.2,0.3,?", show_default=False),
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="Camera file with centre and distortion.", show_default=False)
+    ] = None,
+    marker: Annotated[str, typer.Option(help="Marker file or preset.")] = "helix-40x60",
+    charuco: Annotated[
+        Path | None,
+        typer.Option(help="Board file: the pictures show that ChArUco board.", show_default=False),
+    ] = None,
+    keep_focal: Annotated[bool, typer.Option("--keep-focal", help="Keep the camera's focal length.")] = False,
+    ruler_mm: Annotated[float, typer.Option(help="Standard error of a range (mm).")] = 1.0,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Fit focal length, lens height, tilt and colours to pictures; write camera and marker file."""
+    from swarmvision.calibration import from_board, from_marker, ranges_from
+
+    folder, start = out or Path("out") / "calibration", _camera_config(camera) if camera else None
+    with _announced():
+        if charuco is not None:
+            if ranges or keep_focal:
+                raise ConfigError(
+                    "--charuco takes neither --ranges nor --keep-focal: the board has its own scale"
+                )
+            report = from_board(pictures, folder, _board_config(charuco), start)
+        else:
+            given = ranges_from(ranges) if ranges else None
+            marked = _marker_config(marker)
+            report = from_marker(pictures, folder, marked, start, given, ruler_mm, keep_focal=keep_focal)
+    typer.echo(_json_line(report.values) if as_json else "\n".join(report.lines))
+    for note in report.notes:
+        _say(f"note: {note}")
+    _say(f"written to {folder}: " + ", ".join(report.files))
+
+
+@app.command()
 def doctor() -> None:
     """Tell what this machine has and whether each renderer draws."""
     from swarmvision.doctor import examine
@@ -228,16 +272,35 @@ def _cell(value: float | None) -> str:
 
 def _lens(name: str) -> Lens:
     from swarmvision.camera import Lens
+
+    return Lens.from_config(_camera_config(name))
+
+
+def _camera_config(name: str) -> LensConfig:
     from swarmvision.config.camera import LENSES, LensConfig
 
-    return Lens.from_config(_file_or_preset("camera", name, LENSES, LensConfig))
+    config: LensConfig = _file_or_preset("camera", name, LENSES, LensConfig)
+    return config
 
 
 def _marker(name: str) -> Marker:
-    from swarmvision.config.marker import PRESETS, MarkerConfig
     from swarmvision.marker import Marker
 
-    return Marker.from_config(_file_or_preset("marker", name, PRESETS, MarkerConfig))
+    return Marker.from_config(_marker_config(name))
+
+
+def _marker_config(name: str) -> MarkerConfig:
+    from swarmvision.config.marker import PRESETS, MarkerConfig
+
+    config: MarkerConfig = _file_or_preset("marker", name, PRESETS, MarkerConfig)
+    return config
+
+
+def _board_config(path: Path) -> BoardConfig:
+    from swarmvision.config.board import BoardConfig
+    from swarmvision.config.model import read_toml, validated
+
+    return validated(BoardConfig, read_toml(path), str(path))
 
 
 def _file_or_preset(kind: str, name: str, presets: dict[str, Any], model: Any) -> Any:
@@ -252,9 +315,13 @@ def _file_or_preset(kind: str, name: str, presets: dict[str, Any], model: Any) -
 
 
 def _as_json(path: Path, estimates: Estimates) -> str:
+    return _json_line({"image": str(path), "neighbours": _rows(estimates)})
+
+
+def _json_line(values: dict[str, Any]) -> str:
     import json
 
-    return json.dumps({"image": str(path), "neighbours": _rows(estimates)})
+    return json.dumps(values)
 
 
 def _as_text(path: Path, estimates: Estimates) -> str:

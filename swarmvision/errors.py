@@ -7,6 +7,7 @@
     ├── DataError       (ValueError)        an array that travels through the loop is wrong
     ├── PhysicsError    (ArithmeticError)   the world left the finite numbers
     ├── PictureError    (ValueError)        a picture that cannot be read
+    ├── CalibrationError (ValueError)       pictures that do not determine the camera
     ├── OutputError     (OSError)           a result that cannot be written
     └── RenderingError  (RuntimeError)      a renderer that this machine cannot run
 
@@ -38,6 +39,10 @@ class PhysicsError(SwarmVisionError, ArithmeticError):
 
 class PictureError(SwarmVisionError, ValueError):
     """A picture is missing, broken, or not of the shape that a camera gives."""
+
+
+class CalibrationError(SwarmVisionError, ValueError):
+    """Pictures are too few, too much alike or contradictory to tell what camera took them."""
 
 
 class OutputError(SwarmVisionError, OSError):

@@ -19,7 +19,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("sensing",),
     ("simulation", "recording", "drawing"),
     ("envs", "experiments"),
-    ("showcase", "doctor"),
+    ("showcase", "doctor", "calibration"),
     ("cli",),
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -23,7 +23,7 @@ from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray, wrap
 from swarmvision.perception.edges import Plan, Reading, estimates, readings
-from swarmvision.perception.leastsquares import advance, weigh
+from swarmvision.perception.gaussnewton import advance, weigh
 from swarmvision.perception.model import (
     BEARING,
     BLUR,

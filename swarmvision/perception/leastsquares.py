@@ -1,203 +1,87 @@
-"""One Gauss-Newton step with the colours projected out, robustly weighted.
+"""Nonlinear least squares for a few dozen parameters, in NumPy alone.
 
-Colours enter the model linearly, so in every step they are eliminated and then follow (variable
-projection: G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10, 1973, doi:10.1137/0710036, in L. Kaufman's
-simplification, BIT 15, 1975, doi:10.1007/BF01932995).
+Source: K. Levenberg (1944, doi:10.1090/qam/10666) and D. W. Marquardt (1963, doi:10.1137/0111030). The
+Jacobian is taken by central differences, so a model is one function and nothing else.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
-from swarmvision.perception.model import FREE, HEADING
 
-NOISE = 0.012  # of white: least residual that counts as one standard deviation
-STRANGE = 0.1  # of white: a residual as large is not of the marker
-TAIL = 3.0  # standard deviations from which on a pixel's pull declines
-
-
-@compiled
-def weigh(
-    out: FloatArray,
-    count: int,
-    used: NDArray[np.int64],
-    values: FloatArray,
-    colours: FloatArray,
-    misfit: float,
-) -> tuple[float, float]:
-    """Write the residuals and scale every pixel's rows by the root of its weight.
-
-    The weight is ``1 / (1 + (r / (TAIL * misfit))^2)^2``, all 1 at a misfit of 0.
-
-    Args:
-        out: From :func:`model`, ``(3, n, colours + 3 + 12 + 1)``.
-        count: Pixels that are written.
-        used: Which they are.
-        values: What the picture has, ``(3, all)``.
-        colours: See :func:`model`.
-        misfit: Of the step before.
-
-    Returns:
-        The new misfit: one standard deviation of the residuals of the pixels that fit; and the loss, the
-        root of the mean of ``r^2 / (1 + (r / STRANGE)^2)`` over all pixels, which no weight can hide.
-    """
-    width, last = colours.shape[1], out.shape[2] - 1
-    residual = np.empty(3)
-    heavy = total = loss = 0.0
-    for n in range(count):
-        square = 0.0
-        for channel in range(3):
-            value = values[channel, used[n]]
-            for k in range(width):
-                value -= colours[channel, k] * out[channel, n, k]
-            residual[channel] = value
-            square += value * value / 3.0
-        loss += square / (1.0 + square / STRANGE**2)
-        root = 1.0
-        if misfit > 0.0:
-            root = 1.0 / (1.0 + square / (TAIL * misfit) ** 2)
-        for channel in range(3):
-            for k in range(last):
-                out[channel, n, k] *= root
-            out[channel, n, last] = root * residual[channel]
-        heavy += root * root * min(square, (TAIL * misfit) ** 2 if misfit > 0.0 else square)
-        total += root * root
-    return max(math.sqrt(heavy / max(total, 1e-9)), NOISE), math.sqrt(loss / max(count, 1))
+ROUNDS = 80  # most steps that are tried
+DONE = 1e-9  # relative change of the cost under which a step has converged
+LOOSEST, STIFFEST = 1e-12, 1e12  # of the damping
 
 
-@compiled
-def advance(
-    grams: FloatArray,
-    width: int,
-    free: NDArray[np.bool_],
-    theta: FloatArray,
-    usual: FloatArray,
-    loose: FloatArray,
-    misfit: float,
-    first: bool,
-    colours: FloatArray,
-    delta: FloatArray,
-    covariance: FloatArray,
-) -> bool:
-    """Take one step from the products of all rows with each other; return whether that was possible.
+@dataclass(frozen=True, eq=False, slots=True)
+class Solution:
+    """Where the sum of squares is least."""
+
+    parameters: FloatArray
+    """Shape ``(p,)``."""
+    residuals: FloatArray
+    """Shape ``(m,)``."""
+    covariance: FloatArray
+    """Of the parameters, for residuals of unit variance; infinite where they do not tell, ``(p, p)``."""
+
+    @property
+    def cost(self) -> float:
+        """Sum of the squared residuals."""
+        return float(self.residuals @ self.residuals)
+
+
+def solve(residuals: Callable[[FloatArray], FloatArray], start: FloatArray, step: FloatArray) -> Solution:
+    """Return the least squares solution near a start.
 
     Args:
-        grams: Of each channel, ``(3, t, t)`` with ``t = colours + 3 + 12 + 1``.
-        width: How many colours, the background's included.
-        free: Which parameters may move, ``(12,)``.
-        theta: The parameters.
-        usual: Their means before.
-        loose: Their standard deviations before.
-        misfit: One standard deviation of a residual.
-        first: Whether only the colours are to be found.
-        colours: Changed to the best ones, ``(3, width)``.
-        delta: Out: the step, ``(12,)``.
-        covariance: Out: of the parameters, over misfit squared, ``(12, 12)``; 0 where not free.
+        residuals: Of parameters ``(p,)``, each divided by its standard deviation, shape ``(m,)``.
+        start: Shape ``(p,)``.
+        step: Of the differences, in the unit of each parameter, shape ``(p,)``.
     """
-    last = grams.shape[1] - 1
-    chosen = np.empty(FREE, dtype=np.int64)
-    count = 0
-    for j in range(FREE):
-        if free[j]:
-            chosen[count] = j
-            count += 1
-    basis = np.empty((width, width))
-    weight = 1e-9
-    for i in range(width):
-        weight = max(weight, grams[0, i, i])
-    basis[:] = grams[0, :width, :width]
-    for i in range(width):
-        basis[i, i] += 1e-6 * weight
-    if not cholesky(basis):
-        return False
-    normal, pull = np.zeros((count, count)), np.zeros((count, 1))
-    coupling = np.empty((3, width, count + 1))
-    for channel in range(3):
-        gram = grams[channel]
-        right = np.empty((width, count + 1))
-        for i in range(width):
-            for j in range(count):
-                right[i, j] = gram[i, width + chosen[j]]
-            right[i, count] = gram[i, last]
-        solved = right.copy()
-        substitute(basis, solved)
-        coupling[channel] = solved
-        for i in range(count):
-            row = width + chosen[i]
-            for j in range(count):
-                value = gram[row, width + chosen[j]]
-                for k in range(width):
-                    value -= right[k, i] * solved[k, j]
-                normal[i, j] += value
-            value = gram[row, last]
-            for k in range(width):
-                value -= right[k, i] * solved[k, count]
-            pull[i, 0] += value
-    if first:
-        for channel in range(3):
-            for k in range(width):
-                colours[channel, k] += coupling[channel, k, count]
-        return True
-    for i in range(count):
-        if chosen[i] > HEADING:
-            prior = (misfit / loose[chosen[i]]) ** 2
-            normal[i, i] += prior
-            pull[i, 0] += prior * (usual[chosen[i]] - theta[chosen[i]])
-        normal[i, i] *= 1.0 + 1e-9
-    if not cholesky(normal):
-        return False
-    substitute(normal, pull)
-    inverse = np.eye(count)
-    substitute(normal, inverse)
-    delta[:] = 0.0
-    covariance[:] = 0.0
-    for i in range(count):
-        delta[chosen[i]] = pull[i, 0]
-        for j in range(count):
-            covariance[chosen[i], chosen[j]] = inverse[i, j]
-    for channel in range(3):
-        for k in range(width):
-            change = coupling[channel, k, count]
-            for j in range(count):
-                change -= coupling[channel, k, j] * pull[j, 0]
-            colours[channel, k] += change
-    return True
+    at, found = start.astype(np.float64), residuals(start)
+    damping = 1e-3
+    jacobian = _jacobian(residuals, at, step)
+    for _ in range(ROUNDS):
+        normal, slope = jacobian.T @ jacobian, jacobian.T @ found
+        stiff = normal + damping * np.diag(np.maximum(np.diag(normal), 1e-12))
+        trial = at - np.linalg.lstsq(stiff, slope, rcond=None)[0]
+        with np.errstate(all="ignore"):  # a step too long may leave the finite numbers; it is not taken
+            there = residuals(trial)
+            gain = float(found @ found - there @ there)
+        if not gain > 0.0:  # also where the trial is not finite
+            damping *= 10.0
+            if damping > STIFFEST:
+                break
+            continue
+        settled = gain <= DONE * float(found @ found)
+        at, found, damping = trial, there, max(damping / 10.0, LOOSEST)
+        jacobian = _jacobian(residuals, at, step)
+        if settled:
+            break
+    return Solution(at, found, _covariance(jacobian))
 
 
-@compiled
-def cholesky(matrix: FloatArray) -> bool:
-    """Replace a symmetric matrix ``(n, n)`` by its lower factor; return whether it is positive definite."""
-    for j in range(len(matrix)):
-        for i in range(j, len(matrix)):
-            value = matrix[i, j]
-            for k in range(j):
-                value -= matrix[i, k] * matrix[j, k]
-            if i == j:
-                if not value > 0.0:
-                    return False
-                matrix[j, j] = math.sqrt(value)
-            else:
-                matrix[i, j] = value / matrix[j, j]
-    return True
+def _jacobian(residuals: Callable[[FloatArray], FloatArray], at: FloatArray, step: FloatArray) -> FloatArray:
+    columns = []
+    for i in range(len(at)):
+        move = np.zeros(len(at))
+        move[i] = step[i]
+        columns.append((residuals(at + move) - residuals(at - move)) / (2.0 * step[i]))
+    return np.stack(columns, axis=1)
 
 
-@compiled
-def substitute(factor: FloatArray, right: FloatArray) -> None:
-    """Replace the right sides ``(n, m)`` by the solutions, given the lower factor ``(n, n)``."""
-    n = len(factor)
-    for c in range(right.shape[1]):
-        for i in range(n):
-            value = right[i, c]
-            for k in range(i):
-                value -= factor[i, k] * right[k, c]
-            right[i, c] = value / factor[i, i]
-        for i in range(n - 1, -1, -1):
-            value = right[i, c]
-            for k in range(i + 1, n):
-                value -= factor[k, i] * right[k, c]
-            right[i, c] = value / factor[i, i]
+def _covariance(jacobian: FloatArray) -> FloatArray:
+    """Return the inverse of the normal matrix; infinite for parameters in its null space."""
+    size = np.linalg.norm(jacobian, axis=0)
+    size[size < 1e-100] = 1.0  # not seen at all: a zero singular value
+    _, values, axes = np.linalg.svd(jacobian / size, full_matrices=False)
+    told = values > 1e-9 * values[0]
+    inverse: FloatArray = (axes[told].T / values[told] ** 2) @ axes[told] / np.outer(size, size)
+    untold = (np.abs(axes[~told]) > 1e-6).any(axis=0)
+    inverse[untold, untold] = np.inf
+    return inverse
