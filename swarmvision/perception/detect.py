@@ -34,6 +34,8 @@ STEP_SLACK = 1.2  # coarse rows by which the height of the middle may change wit
 STEP_SHARE = 0.04  # and by which share of itself; more is one marker beside another
 STEP_COLUMNS = 3  # coarse columns before and after that are compared for it
 COLUMN_GAP = 3  # coarse columns that a candidate may lack
+REACH_OUT = 1.25  # of the middle: no farther is the border where the other band is out of the picture
+LEAST_SHOWN = 0.35  # of a band's thickness: a band cut thinner by the border is out of the picture
 LEAST_THICK = 4.0  # coarse rows of a band that must do without the other
 BOTH, TOP_ONLY, BOTTOM_ONLY = 0, 1, 2  # which bands a candidate has
 
@@ -236,11 +238,13 @@ def pair_runs(
                         fits = middle >= 1.0
                         off = thick - middle * upper
                         slack = HEIGHT_SLACK + HEIGHT_SHARE * middle * upper
-                        if off > slack or (off < -slack and runs[a, 2] > 0):
+                        least = -slack if runs[a, 2] > 0 else (LEAST_SHOWN - 1.0) * middle * upper
+                        if off > slack or off < least:
                             fits = False
                         off = float(runs[b, 3] - runs[b, 2]) - middle * lower
                         slack = HEIGHT_SLACK + HEIGHT_SHARE * middle * lower
-                        if off > slack or (off < -slack and runs[b, 3] < height):
+                        least = -slack if runs[b, 3] < height else (LEAST_SHOWN - 1.0) * middle * lower
+                        if off > slack or off < least:
                             fits = False
                         if fits:
                             _write_pair(
@@ -250,7 +254,7 @@ def pair_runs(
                             paired = True
                     b = following[b]
                 middle = thick / upper
-                cut = runs[a, 2] > 0 and runs[a, 3] + 0.75 * middle >= height
+                cut = runs[a, 2] > 0 and runs[a, 3] + REACH_OUT * middle >= height
                 if not paired and cut and thick >= LEAST_THICK and found < PAIRS:
                     start = runs[a, 3] + middle
                     foot = start + middle * lower
@@ -258,7 +262,7 @@ def pair_runs(
                     found += 1
             if runs[a, 1] == bottom:
                 middle = thick / lower
-                cut = runs[a, 3] < height and runs[a, 2] - 0.75 * middle <= 0.0
+                cut = runs[a, 3] < height and runs[a, 2] - REACH_OUT * middle <= 0.0
                 if cut and thick >= LEAST_THICK and found < PAIRS:
                     end = runs[a, 2] - middle
                     start = end - middle * upper
@@ -291,8 +295,9 @@ def chain_pairs(pairs: FloatArray, chain: NDArray[np.int64]) -> int:
             if step <= 0.0 or step > COLUMN_GAP or pairs[i, 5] != pairs[before, 5]:
                 continue
             slack = ROW_SLACK * step + ROW_SHARE * (pairs[i, 3] - pairs[i, 2])
-            jump = abs(pairs[i, 2] - pairs[before, 2])
-            jump = max(jump, abs(pairs[i, 3] - pairs[before, 3]))
+            jump = abs(pairs[i, 2] - pairs[before, 2]) if pairs[i, 5] != BOTTOM_ONLY else 0.0
+            if pairs[i, 5] != TOP_ONLY:
+                jump = max(jump, abs(pairs[i, 3] - pairs[before, 3]))
             if jump <= slack and jump + step < nearest:
                 best, nearest = c, jump + step
         if best < 0:
@@ -330,7 +335,9 @@ def split_chains(
         while first < end:
             last = end
             worst = 0.0
-            for k in range(first + STEP_COLUMNS, end - STEP_COLUMNS + 1):
+            # Where one band must do, the middle is a guess.
+            cuts = end - STEP_COLUMNS + 1 if pairs[first, 5] == BOTH else first
+            for k in range(first + STEP_COLUMNS, cuts):
                 before = np.median(heights[k - STEP_COLUMNS : k])
                 after = np.median(heights[k : k + STEP_COLUMNS])
                 step = abs(after - before) - _alike(min(before, after))

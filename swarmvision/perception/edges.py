@@ -45,7 +45,7 @@ THIN_EDGE, THICK, THIN = (
 )  # and of a thin ring: from 7 px on, full at 5 px
 SIDE_FLOOR = 0.11  # of a tangent
 HIDDEN = 4.0  # times as much where one tangent is hidden
-NEARBY = 3  # px: how far off a coarse row may be
+NEARBY = 5  # px: how far off a coarse row may be
 STEP_SLACK = 0.8  # px by which the separation may change between neighbouring columns of one marker,
 STEP_SHARE = 0.05  # and by which share of itself
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
@@ -308,7 +308,7 @@ def measure_marker(
     out: FloatArray,
 ) -> bool:
     """Measure one candidate into ``out``; return whether it is a marker."""
-    if not looks_right(image, tables, coarse, coarse_rows, expected, pale):
+    if not looks_right(image, tables, coarse, coarse_rows, bands, expected, pale):
         return False
     first = max(math.ceil(coarse[0] - 1.0), 0)
     last = min(int(coarse[-1] + 1.0), image.shape[1] - 1)
@@ -324,17 +324,18 @@ def measure_marker(
     thick_top = np.median(coarse_rows[:, 1] - coarse_rows[:, 0])
     thick_bottom = np.median(coarse_rows[:, 3] - coarse_rows[:, 2])
     used = inner_edges(image, tables, bands, columns, rows, thick_top, thick_bottom, upper, lower)
-    if used < 3:
+    if used < 2:
         return False
     columns, upper, lower = columns[:used], upper[:used], lower[:used]
-    out[SPLIT] = step_in(columns, lower - upper)
-    if out[SPLIT] > 0.0:
-        return False
+    if bands == BOTH:
+        out[SPLIT] = step_in(columns, lower - upper)
+        if out[SPLIT] > 0.0:
+            return False
     # Ends without edges belong to something else.
     begin, end = 0, len(coarse)
-    while end - begin > 2 and coarse[begin] < columns[0] - 2.5:
+    while bands == BOTH and end - begin > 2 and coarse[begin] < columns[0] - 2.5:
         begin += 1
-    while end - begin > 2 and coarse[end - 1] > columns[-1] + 2.5:
+    while bands == BOTH and end - begin > 2 and coarse[end - 1] > columns[-1] + 2.5:
         end -= 1
     coarse, coarse_rows = coarse[begin:end], coarse_rows[begin:end]
     sides = np.empty(2)
@@ -380,6 +381,7 @@ def looks_right(
     tables: FloatArray,
     columns: FloatArray,
     rows: FloatArray,
+    bands: int,
     expected: FloatArray,
     pale: bool,
 ) -> bool:
@@ -424,6 +426,8 @@ def looks_right(
         # A white middle is brighter than both rings; dark grey is a body or a wall in shadow.
         middle = np.median(totals)
         top, bottom = np.median(rings[0]), np.median(rings[1])
+        if bands != BOTH:  # the other ring is out of the picture
+            top = bottom = top if bands == TOP_ONLY else bottom
         if middle < 1.2 * max(top, bottom):
             return False
         least = 0.35 * max(middle, 0.25 * (top + bottom) / 2.0)
