@@ -50,6 +50,9 @@ STEP_SLACK = 0.8  # px by which the separation may change between neighbouring c
 STEP_SHARE = 0.05  # and by which share of itself
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
 LEAST_SEPARATION = 2.0  # px between the inner edges; less tells nothing
+CLEAR, CLEARER = 0.25, 0.5  # how clearly the pattern must be there; the latter where one band must do,
+WELL_SEEN = 0.6  # or less of the width is seen
+SLIVER = 0.15  # visible fraction below which nothing is told
 PALE_ENOUGH = 0.55  # share of the middle zone that must look like the marker
 BESIDE = 4.0  # px: an end as near to a nearer marker's side is hidden by it
 HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
@@ -356,14 +359,30 @@ def measure_marker(
         complete_edges(rays, bands, view, heights, out, upper, lower)
     out[BEARING_STD] = SIDE_FLOOR * doubt / view[0]
     out[LEFT], out[RIGHT] = sides[0], sides[1]
-    if not stands_right(rays, upper, lower, view, heights, out):
+    if out[VISIBLE] < SLIVER or not stands_right(rays, upper, lower, view, heights, out):
+        return False
+    if bands != BOTH and not has_proportion(columns, coarse_rows, bands, heights):
         return False
     if len(knots) > 0:
-        out[HEADING], out[HEADING_STD] = heading_of(
+        out[HEADING], out[HEADING_STD], clarity = heading_of(
             image, tables[STRIPE], tables[GROUND], columns, rays, upper, lower,
             out[RANGE], out[BEARING], heights, knots,
         )  # fmt: skip
+        sure = bands == BOTH and out[VISIBLE] > WELL_SEEN
+        if not clarity > (CLEAR if sure else CLEARER):
+            return False
     return True
+
+
+@compiled
+def has_proportion(columns: FloatArray, rows: FloatArray, bands: int, heights: FloatArray) -> bool:
+    """Whether one band alone is as wide for its thickness as the marker's is."""
+    which = 0 if bands == TOP_ONLY else 2
+    thick = np.median(rows[:, which + 1] - rows[:, which])
+    ring = heights[4] - heights[0] if bands == TOP_ONLY else heights[1]
+    wide = (columns[-1] - columns[0] + 1.0) / thick * ring / (2.0 * heights[5])
+    fits: bool = 0.7 < wide < 1.4
+    return fits
 
 
 @compiled

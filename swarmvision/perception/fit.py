@@ -64,6 +64,7 @@ SMEAR_FLOOR, TURN_ARM = (
     0.012,
     0.02,
 )  # of a motion blur; m: a heading errs by columns over this
+UNLIKE = 0.06  # loss of what only resembles a marker; a tenth of the light gives 0.04
 DOUBT = 0.9  # loss of the less likely place over that of the likelier one, from which it is taken
 BESIDE = 2.5  # px beside what hides, and beside an end that is hidden, that are not used either
 
@@ -89,7 +90,7 @@ def read(image: NDArray[np.uint8], lens: Lens, plan: Plan, skin: Skin) -> Estima
     found = [
         polished(image, balance, lens, skin, reading, started[:i], smear) for i, reading in enumerate(started)
     ]
-    return estimates(sorted(found, key=lambda r: r.range))
+    return estimates(sorted((r for r in found if r is not None), key=lambda r: r.range))
 
 
 def polished(
@@ -100,8 +101,10 @@ def polished(
     start: Reading,
     nearer: list[Reading],
     smear: float,
-) -> Reading:
-    """Return a reading made better; the same one where too little of the marker can be seen to fit.
+) -> Reading | None:
+    """Return a reading made better; None where it is no marker after all.
+
+    It stays as it is where too little of the marker can be seen to fit.
 
     Args:
         image: sRGB, ``(h, w, 3)``.
@@ -131,7 +134,9 @@ def polished(
             continue
         if best is None or fit.loss < DOUBT * best.loss:
             best = fit
-    return start if best is None else _as_reading(best, start, lens, skin)
+    if best is None:
+        return start
+    return _as_reading(best, start, lens, skin) if best.loss < UNLIKE else None
 
 
 def tangents(lens: Lens, skin: Skin, distance: float, bearing: float) -> tuple[float, float]:

@@ -40,8 +40,10 @@ def heading_of(
     bearing: float,
     heights: FloatArray,
     knots: FloatArray,
-) -> tuple[float, float]:
-    """Return heading (rad) and its spread; nan where fewer than two columns show the pattern.
+) -> tuple[float, float, float]:
+    """Return heading (rad), its spread, and how clearly the pattern is there, about 0..1.
+
+    All are nan where fewer than two columns can show the pattern.
 
     Args:
         image: sRGB, ``(h, w, 3)``.
@@ -68,12 +70,12 @@ def heading_of(
         unroll(image, stripe, ground, int(columns[i]), upper[i], lower[i], heights, signals[used])
         used += 1
     if used < 2:
-        return np.nan, np.nan
+        return np.nan, np.nan, np.nan
     signals, facing = signals[:used], facing[:used]
-    heading = coarse_heading(signals, facing, heights, knots)
+    heading, clarity = coarse_heading(signals, facing, heights, knots)
     heading, spread, slope = voted_heading(signals, facing, heading, heights, knots)
     rows = np.median(lower - upper) / (heights[0] - heights[1]) * slope  # that the stripe climbs per rad
-    return heading, math.hypot(spread, STRIPE_FLOOR / max(rows, 1e-6))
+    return heading, math.hypot(spread, STRIPE_FLOOR / max(rows, 1e-6)), clarity
 
 
 @compiled
@@ -109,8 +111,13 @@ def unroll(
 
 
 @compiled
-def coarse_heading(signals: FloatArray, facing: FloatArray, heights: FloatArray, knots: FloatArray) -> float:
-    """Return the heading (rad), of a few dozen, whose pattern correlates best with the stripes."""
+def coarse_heading(
+    signals: FloatArray, facing: FloatArray, heights: FloatArray, knots: FloatArray
+) -> tuple[float, float]:
+    """Return the heading (rad), of a few dozen, whose pattern correlates best with the stripes.
+
+    And how much more of its colour there is inside the pattern than outside, per sample.
+    """
     step = max(len(facing) // 16, 1)  # a coarse look needs few columns
     sums = np.zeros((len(facing), HEIGHTS + 1))
     total = 0.0
@@ -119,7 +126,7 @@ def coarse_heading(signals: FloatArray, facing: FloatArray, heights: FloatArray,
             sums[i, k + 1] = sums[i, k] + signals[i, k]
         total += sums[i, HEIGHTS]
     scale = HEIGHTS / (heights[3] - heights[2])
-    best, best_score = 0.0, -np.inf
+    best, best_score, clarity = 0.0, -np.inf, 0.0
     for trial in range(TRIALS):
         heading = -math.pi + 2.0 * math.pi * trial / TRIALS
         score = inside = looks = 0.0
@@ -130,10 +137,12 @@ def coarse_heading(signals: FloatArray, facing: FloatArray, heights: FloatArray,
             score += _sum_to(sums[i], last) - _sum_to(sums[i], first)
             inside += last - first
             looks += HEIGHTS
+        held = score
         score -= inside / looks * total
         if score > best_score:
             best, best_score = heading, score
-    return best
+            clarity = held / max(inside, 1e-9) - (total - held) / max(looks - inside, 1e-9)
+    return best, clarity
 
 
 @compiled
