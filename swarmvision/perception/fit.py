@@ -23,7 +23,7 @@ from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray, wrap
 from swarmvision.perception.edges import Plan, Reading, estimates, readings
-from swarmvision.perception.gaussnewton import advance, weigh
+from swarmvision.perception.gaussnewton import advance, products, weigh
 from swarmvision.perception.model import (
     BEARING,
     BLUR,
@@ -39,7 +39,7 @@ from swarmvision.perception.model import (
 )
 from swarmvision.perception.segment import Balance
 
-FINE = 48.0  # px between the inner edges: a nearer marker is averaged down to about this
+FINE = 40.0  # px between the inner edges: a nearer marker is averaged down to about this
 STEPS = 8  # most Gauss-Newton steps
 DONE = np.array([2e-5, 3e-6, 3e-4])  # of log range, bearing, heading: a smaller step ends the fit
 SETTLED = 0.97  # of the loss before: less is still a gain
@@ -48,7 +48,7 @@ USUAL = np.array([0, 0, 0, 0, 0, 0.8, 0, 0, 0, 0, 0, 0], dtype=np.float64)
 LOOSE = np.array([9.0, 9.0, 99.0, 99.0, 0.04, 0.5, 0.3, 0.02, 0.1, 0.1, 0.3, 20.0])
 """Mean and standard deviation of what is known before: blur and smear (px), lean, evenness of the light."""
 LEAST_PIXELS = 30  # for 12 parameters and the colours
-PARTS, NARROW = 3, 30.0  # in a marker narrower than so many px a column is worked out in so many parts
+PARTS, NARROW = 3, 16.0  # in a marker narrower than so many px a column is worked out in so many parts
 THIN = 3  # of the pixels that no edge is near, one in so many is used
 SMEARED = 4.5  # px: a motion blur shorter than this is left to the even blur
 BLURRED_WHOLE = 0.75  # visible fraction from which a smeared marker is taken as whole
@@ -298,9 +298,7 @@ def _descend(
             out[:, :, width + SMEAR] *= patch.parts / patch.step * smear / length
         before = loss
         misfit, loss = weigh(out, count, used, patch.values, colours, misfit)
-        for channel in range(3):
-            rows = out[channel, :count]
-            np.dot(rows.T, rows, out=grams[channel])
+        products(out, count, grams)
         if not advance(
             grams, width, free, theta, USUAL, LOOSE, misfit, step == 0, colours, delta, covariance
         ):
