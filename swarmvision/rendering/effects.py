@@ -28,10 +28,13 @@ from swarmvision.geometry import FloatArray
 Image = NDArray[np.uint8]
 Words = NDArray[np.int16]
 Levels = NDArray[np.uint16]
+Ring = tuple[Image, Levels, Image, Levels]
+"""Some rows as codes and as linear light, which blocks are decoded, and the table that decodes."""
 
 FINE = 64  # steps of one code
 ONE = 1 << 14  # the sum of a kernel's weights
-BLOCK = 32  # px that are looked at together for a change
+BLOCK = 16  # px that are looked at together for a change; 48 bytes are six words
+MARGIN = 16  # numbers at each end of a row that only weights of 0 reach
 OFFSET = 898  # FINE * 255 * 0.055: where the sRGB curve's power law has its zero
 BRIGHTEST = 20000  # 1/64 codes: light beyond is clipped, so that noise of NOISIEST fits into 16 bits
 GAIN_ONE = 8192  # of a gain on codes, as 16-bit number
@@ -94,36 +97,43 @@ def _tent_integral(x: float) -> float:
 
 
 @compiled
-def _differ(one: Image, two: Image) -> bool:
-    change = np.uint8(0)
-    for i in range(len(one)):
-        change = np.uint8(change | (one[i] ^ two[i]))
-    return bool(change != 0)
+def _find_changes(row: Image, above: Image, mask: Image, words: NDArray[np.uint64], blocks: Image) -> None:
+    """Mark the blocks of a row with a pixel that differs from the one to its right or from the one above.
+
+    ``words`` is ``mask``, eight bytes at a time; what of it lies beyond the row is 0.
+    """
+    last = len(row) - 3
+    here, right, over, out = row[:last], row[3:], above[:last], mask[:last]
+    for i in range(len(out)):
+        out[i] = (here[i] ^ right[i]) | (here[i] ^ over[i])
+    for c in range(last, last + 3):
+        mask[c] = row[c] ^ above[c]
+    per_block = len(words) // len(blocks)
+    for b in range(len(blocks)):
+        change = words[b * per_block]
+        for i in range(b * per_block + 1, (b + 1) * per_block):
+            change |= words[i]
+        blocks[b] = change != 0
 
 
 @compiled
-def _find_changes(row: Image, above: Image, first: bool, across: Image, across_above: Image, any_: Image) -> None:
-    """Mark the blocks of a row that change to the right, and those that differ from the row above too."""
-    blocks, n = len(any_), len(row)
-    if not first and not _differ(row, above):
-        for b in range(blocks):
-            across[b] = across_above[b]
-            any_[b] = across[b]
-        return
-    for b in range(blocks):
-        start, end = b * BLOCK * 3, min((b + 1) * BLOCK * 3, n)
-        last = min(end, n - 3)
-        across[b] = 1 if _differ(row[start:last], row[start + 3 : last + 3]) else 0
-        any_[b] = across[b]
-        if not first and any_[b] == 0 and _differ(row[start:end], above[start:end]):
-            any_[b] = 1
+def _linear_run(ring: Ring, lines: NDArray[np.int64], low: int, high: int) -> None:
+    """Decode the pixels ``low`` to ``high`` of some rows of the ring, block by block, unless they are."""
+    codes, linear, known, decode = ring
+    n = codes.shape[1]
+    for line in lines:
+        for b in range(low // BLOCK, (high - 1) // BLOCK + 1):
+            if known[line, b] == 0:
+                known[line, b] = 1
+                start, end = b * BLOCK * 3, min((b + 1) * BLOCK * 3, n)
+                source, target = codes[line, start:end], linear[line, start:end]
+                for i in range(len(target)):
+                    target[i] = decode[source[i]]
 
 
 @compiled
 def _blur_run(
-    kept: Image,
-    linear: Levels,
-    known: Image,
+    ring: Ring,
     lines: NDArray[np.int64],
     down: NDArray[np.int32],
     taps: NDArray[np.int32],
@@ -134,64 +144,65 @@ def _blur_run(
     level: Levels,
     total: NDArray[np.int32],
     out: Words,
-    decode: Levels,
     encode: Words,
 ) -> None:
-    """Blur the pixels ``begin`` to ``end`` of a row; ``lines`` are the places of its rows in the ring."""
-    n = kept.shape[1]
-    width = n // 3
+    """Blur the pixels ``begin`` to ``end`` of a row; ``lines`` are the places in the ring of its rows."""
+    linear = ring[1]
+    width = linear.shape[1] // 3
     low, high = begin - first - count + 1, end - first
     inner_low = min(max(low, 0), width - 1)
     inner_high = max(min(high, width), inner_low + 1)
-    for line in lines:
-        for b in range(inner_low // BLOCK, (inner_high - 1) // BLOCK + 1):
-            if known[line, b] == 0:
-                known[line, b] = 1
-                for i in range(b * BLOCK * 3, min((b + 1) * BLOCK * 3, n)):
-                    linear[line, i] = decode[kept[line, i]]
+    _linear_run(ring, lines, inner_low, inner_high)
     # Down the columns.
-    pad = 3 * width
+    radius, pad = len(down) // 2, 3 * width + MARGIN
     a, z = 3 * inner_low, 3 * inner_high
-    if len(lines) == 1:
-        level[pad + a : pad + z] = linear[lines[0], a:z]
+    inner, sums = level[pad + a : pad + z], total[a:z]
+    middle, weight = linear[lines[radius]][a:z], np.int32(down[radius])
+    if radius == 0:
+        inner[:] = middle
     else:
-        total[a:z] = ONE // 2
-        for j in range(len(lines)):
-            weight, row = np.int32(down[j]), linear[lines[j]]
-            for i in range(a, z):
-                total[i] = np.int32(total[i] + np.int32(weight * np.int32(row[i])))
-        for i in range(a, z):
-            level[pad + i] = np.uint16(total[i] >> 14)
+        for i in range(len(sums)):
+            sums[i] = np.int32(np.int32(weight * np.int32(middle[i])) + ONE // 2)
+        for j in range(radius):
+            weight = np.int32(down[j])
+            up, under = linear[lines[j]][a:z], linear[lines[2 * radius - j]][a:z]
+            for i in range(len(sums)):
+                pair = np.int32(np.int32(up[i]) + np.int32(under[i]))
+                sums[i] = np.int32(sums[i] + np.int32(weight * pair))
+        for i in range(len(inner)):
+            inner[i] = np.uint16(sums[i] >> 14)
     # Beyond the borders the picture goes on as it ends.
     for x in range(low, inner_low):
         for c in range(3):
-            level[pad + 3 * x + c] = level[pad + a + c]
+            level[pad + 3 * x + c] = inner[c]
     for x in range(inner_high, high):
         for c in range(3):
-            level[pad + 3 * x + c] = level[pad + z - 3 + c]
-    # Along the row.
-    a, z = 3 * begin, 3 * end
-    total[a:z] = ONE // 2
-    for t in range(count):
-        weight = np.int32(taps[t])
-        if weight != 0:
-            there = pad - 3 * (first + t)
-            source = level[there + a : there + z]
-            target = total[a:z]
-            for i in range(z - a):
-                target[i] = np.int32(target[i] + np.int32(weight * np.int32(source[i])))
-    for i in range(a, z):
-        out[i] = encode[total[i] >> 14]
+            level[pad + 3 * x + c] = inner[len(inner) - 3 + c]
+    # Along the row, four taps at a time; behind the last tap there are zeros.
+    size = 3 * (end - begin)
+    sums = total[:size]
+    sums[:] = ONE // 2
+    there = pad + 3 * (begin - first)
+    for t in range(0, count, 4):
+        w0, w1, w2, w3 = np.int32(taps[t]), np.int32(taps[t + 1]), np.int32(taps[t + 2]), np.int32(taps[t + 3])
+        at = there - 3 * t
+        s0, s1 = level[at : at + size], level[at - 3 : at - 3 + size]
+        s2, s3 = level[at - 6 : at - 6 + size], level[at - 9 : at - 9 + size]
+        for i in range(len(sums)):
+            one = np.int32(np.int32(w0 * np.int32(s0[i])) + np.int32(w1 * np.int32(s1[i])))
+            two = np.int32(np.int32(w2 * np.int32(s2[i])) + np.int32(w3 * np.int32(s3[i])))
+            sums[i] = np.int32(sums[i] + np.int32(one + two))
+    target = out[3 * begin : 3 * end]
+    for i in range(len(target)):
+        target[i] = encode[np.uint16(sums[i] >> 14)]
 
 
 @compiled
 def _blur_row(
+    ring: Ring,
+    changes: Image,
     y: int,
     height: int,
-    changes: Image,
-    kept: Image,
-    linear: Levels,
-    known: Image,
     down: NDArray[np.int32],
     taps: NDArray[np.int32],
     first: int,
@@ -201,16 +212,14 @@ def _blur_row(
     level: Levels,
     total: NDArray[np.int32],
     out: Words,
-    decode: Levels,
     encode: Words,
 ) -> None:
-    """Blur one row where it has to be; the others are in ``out`` already."""
-    ring, blocks = changes.shape[0], changes.shape[1]
-    radius = len(down) // 2
-    width = kept.shape[1] // 3
+    """Blur one row where it changes within the kernel's reach; elsewhere ``out`` stays as it is."""
+    size, blocks = changes.shape
+    radius, width = len(down) // 2, ring[0].shape[1] // 3
     busy = 0
     for j in range(len(down)):
-        lines[j] = min(max(y + j - radius, 0), height - 1) % ring
+        lines[j] = min(max(y + j - radius, 0), height - 1) % size
     for b in range(blocks):
         changed[b] = 0
         for j in range(len(down)):
@@ -231,11 +240,8 @@ def _blur_row(
         if reached and run < 0:
             run = b
         if not reached and run >= 0:
-            end = min(b * BLOCK, width)
-            _blur_run(
-                kept, linear, known, lines, down, taps, first, count, run * BLOCK, end, level, total, out,
-                decode, encode,
-            )
+            begin, end = run * BLOCK, min(b * BLOCK, width)
+            _blur_run(ring, lines, down, taps, first, count, begin, end, level, total, out, encode)
             run = -1
 
 
@@ -333,6 +339,8 @@ def spoil(
     kept: Image,
     linear: Levels,
     blocks: Image,
+    mask: Image,
+    mask_words: NDArray[np.uint64],
     level: Levels,
     total: NDArray[np.int32],
     words: Words,
@@ -361,17 +369,20 @@ def spoil(
         encode: Linear light to 1/64 codes, 65536.
         kept: Scratch ring of rows, ``(2 r + 2, 3 w)`` for a kernel of radius r.
         linear: Scratch ring of the same rows in linear light.
-        blocks: Scratch, ``(3, 2 r + 2, blocks)``.
-        level: Scratch, ``9 w``.
+        blocks: Scratch, ``(2, 2 r + 2, blocks)``.
+        mask: Zeros, three bytes for every pixel of every block.
+        mask_words: The same memory.
+        level: Scratch, ``9 w + 2 MARGIN``.
         total: Scratch, ``3 w``.
         words: Scratch, ``(3, 3 w)``.
         gain: Scratch, ``3 w``.
         box: Scratch, see :func:`blur_taps`.
-        taps: Scratch.
+        taps: Scratch, three more than there can be taps.
     """
     height, n = image.shape
-    radius, ring = len(down) // 2, kept.shape[0]
-    across, changes, known = blocks[0], blocks[1], blocks[2]
+    radius, size = len(down) // 2, kept.shape[0]
+    changes, known = blocks[0], blocks[1]
+    ring = (kept, linear, known, decode)
     changed = np.empty(blocks.shape[2], dtype=np.uint8)
     lines = np.empty(len(down), dtype=np.int64)
     codes, before, std = words[0], words[1], words[2]
@@ -383,17 +394,18 @@ def spoil(
         _widen(source, codes)
         if blurred:
             while read < min(y + radius + 1, height):
-                here, above = read % ring, (read + ring - 1) % ring
+                here = read % size
                 kept[here] = image[read]
                 known[here] = 0
-                _find_changes(kept[here], kept[above], read == 0, across[here], across[above], changes[here])
+                above = kept[(read + size - 1) % size] if read > 0 else kept[0]
+                _find_changes(kept[here], above, mask, mask_words, changes[here])
                 read += 1
             if y == 0 or shear != 0.0:
                 shift = shear * (y + 0.5 - height / 2.0)
                 first, count = blur_taps(psf, shift, length, box, taps)
+                taps[count : count + 3] = 0
             _blur_row(
-                y, height, changes, kept, linear, known, down, taps, first, count, changed, lines, level,
-                total, codes, decode, encode,
+                ring, changes, y, height, down, taps, first, count, changed, lines, level, total, codes, encode
             )
         if len(rows) > 0:
             _gain_of_row(rows[y, 0], rows[y, 1], columns, gain)

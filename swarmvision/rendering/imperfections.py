@@ -131,11 +131,14 @@ class Imperfections:
         n, ring = 3 * self._lens.width_px, len(self._psf) + 1
         blocks = -(-self._lens.width_px // effects.BLOCK)
         reach = self._lens.width_px + 2 * len(self._psf) + 8
+        mask = np.zeros(3 * effects.BLOCK * blocks, np.uint8)
         return (
             np.empty((ring, n), np.uint8),
             np.empty((ring, n), np.uint16),
-            np.zeros((3, ring, blocks), np.uint8),
-            np.empty(3 * n, np.uint16),
+            np.empty((2, ring, blocks), np.uint8),
+            mask,
+            mask.view(np.uint64),
+            np.zeros(3 * n + 2 * effects.MARGIN, np.uint16),
             np.empty(n, np.int32),
             np.empty((3, n), np.int16),
             np.empty(n, np.uint16),
