@@ -34,7 +34,8 @@ Ring = tuple[Image, Levels, Image, Levels]
 FINE = 64  # steps of one code
 ONE = 1 << 14  # the sum of a kernel's weights
 BLOCK = 16  # px that are looked at together for a change; 48 bytes are six words
-MARGIN = 16  # numbers at each end of a row that only weights of 0 reach
+GAP = 2  # blocks without a change that cost less than a new start
+MARGIN = 32  # numbers at each end of a row that only weights of 0 reach
 OFFSET = 898  # FINE * 255 * 0.055: where the sRGB curve's power law has its zero
 BRIGHTEST = 20000  # 1/64 codes: light beyond is clipped, so that noise of NOISIEST fits into 16 bits
 GAIN_ONE = 8192  # of a gain on codes, as 16-bit number
@@ -97,6 +98,14 @@ def _tent_integral(x: float) -> float:
 
 
 @compiled
+def _differ(one: Image, two: Image) -> bool:
+    change = np.uint8(0)
+    for i in range(len(one)):
+        change = np.uint8(change | (one[i] ^ two[i]))
+    return bool(change != 0)
+
+
+@compiled
 def _find_changes(row: Image, above: Image, mask: Image, words: NDArray[np.uint64], blocks: Image) -> None:
     """Mark the blocks of a row with a pixel that differs from the one to its right or from the one above.
 
@@ -125,10 +134,9 @@ def _linear_run(ring: Ring, lines: NDArray[np.int64], low: int, high: int) -> No
         for b in range(low // BLOCK, (high - 1) // BLOCK + 1):
             if known[line, b] == 0:
                 known[line, b] = 1
-                start, end = b * BLOCK * 3, min((b + 1) * BLOCK * 3, n)
-                source, target = codes[line, start:end], linear[line, start:end]
-                for i in range(len(target)):
-                    target[i] = decode[source[i]]
+                start = max(3 * BLOCK * b, 0)
+                for i in range(min(3 * BLOCK, n - start)):
+                    linear[line, start + i] = decode[codes[line, start + i]]
 
 
 @compiled
@@ -153,48 +161,103 @@ def _blur_run(
     inner_low = min(max(low, 0), width - 1)
     inner_high = max(min(high, width), inner_low + 1)
     _linear_run(ring, lines, inner_low, inner_high)
-    # Down the columns.
-    radius, pad = len(down) // 2, 3 * width + MARGIN
-    a, z = 3 * inner_low, 3 * inner_high
-    inner, sums = level[pad + a : pad + z], total[a:z]
-    middle, weight = linear[lines[radius]][a:z], np.int32(down[radius])
-    if radius == 0:
-        inner[:] = middle
+    pad = 3 * width + MARGIN
+    start, size = 3 * inner_low, 3 * (inner_high - inner_low)
+    inner = pad + start
+    radius = len(down) // 2
+    if radius <= 2:
+        _down_five(linear, lines, down, start, size, level, inner)
     else:
-        for i in range(len(sums)):
-            sums[i] = np.int32(np.int32(weight * np.int32(middle[i])) + ONE // 2)
-        for j in range(radius):
-            weight = np.int32(down[j])
-            up, under = linear[lines[j]][a:z], linear[lines[2 * radius - j]][a:z]
-            for i in range(len(sums)):
-                pair = np.int32(np.int32(up[i]) + np.int32(under[i]))
-                sums[i] = np.int32(sums[i] + np.int32(weight * pair))
-        for i in range(len(inner)):
-            inner[i] = np.uint16(sums[i] >> 14)
+        _down_any(linear, lines, down, start, size, total, level, inner)
     # Beyond the borders the picture goes on as it ends.
     for x in range(low, inner_low):
         for c in range(3):
-            level[pad + 3 * x + c] = inner[c]
+            level[pad + 3 * x + c] = level[inner + c]
     for x in range(inner_high, high):
         for c in range(3):
-            level[pad + 3 * x + c] = inner[len(inner) - 3 + c]
-    # Along the row, four taps at a time; behind the last tap there are zeros.
+            level[pad + 3 * x + c] = level[inner + size - 3 + c]
+    # Along the row, eight taps at a time; behind the last tap there are zeros.
     size = 3 * (end - begin)
-    sums = total[:size]
-    sums[:] = ONE // 2
-    there = pad + 3 * (begin - first)
-    for t in range(0, count, 4):
-        w0, w1, w2, w3 = np.int32(taps[t]), np.int32(taps[t + 1]), np.int32(taps[t + 2]), np.int32(taps[t + 3])
-        at = there - 3 * t
-        s0, s1 = level[at : at + size], level[at - 3 : at - 3 + size]
-        s2, s3 = level[at - 6 : at - 6 + size], level[at - 9 : at - 9 + size]
-        for i in range(len(sums)):
-            one = np.int32(np.int32(w0 * np.int32(s0[i])) + np.int32(w1 * np.int32(s1[i])))
-            two = np.int32(np.int32(w2 * np.int32(s2[i])) + np.int32(w3 * np.int32(s3[i])))
-            sums[i] = np.int32(sums[i] + np.int32(one + two))
-    target = out[3 * begin : 3 * end]
-    for i in range(len(target)):
-        target[i] = encode[np.uint16(sums[i] >> 14)]
+    for t in range(0, count, 8):
+        _along_eight(level, pad + 3 * (begin - first - t), taps, t, size, total)
+    _encode_run(total, encode, out, 3 * begin, size)
+
+
+# Loops of one kind each, for in one long function the compiler gives up on vectors. Starts are held at 0
+# or more only so that it need not ask whether an index counts from the end.
+
+
+@compiled
+def _down_five(
+    linear: Levels,
+    lines: NDArray[np.int64],
+    down: NDArray[np.int32],
+    start: int,
+    size: int,
+    level: Levels,
+    inner: int,
+) -> None:
+    start, inner = max(start, 0), max(inner, 0)
+    radius = len(down) // 2
+    middle, w0, w1, w2 = lines[radius], np.int32(down[radius]), np.int32(0), np.int32(0)
+    up1, up2, under1, under2 = middle, middle, middle, middle
+    if radius >= 1:
+        up1, under1, w1 = lines[radius - 1], lines[radius + 1], np.int32(down[radius - 1])
+    if radius >= 2:
+        up2, under2, w2 = lines[radius - 2], lines[radius + 2], np.int32(down[radius - 2])
+    for i in range(size):
+        one = np.int32(np.int32(linear[up1, start + i]) + np.int32(linear[under1, start + i]))
+        two = np.int32(np.int32(linear[up2, start + i]) + np.int32(linear[under2, start + i]))
+        near = np.int32(np.int32(w0 * np.int32(linear[middle, start + i])) + np.int32(w1 * one))
+        level[inner + i] = np.uint16(np.int32(np.int32(near + np.int32(w2 * two)) + ONE // 2) >> 14)
+
+
+@compiled
+def _down_any(
+    linear: Levels,
+    lines: NDArray[np.int64],
+    down: NDArray[np.int32],
+    start: int,
+    size: int,
+    total: NDArray[np.int32],
+    level: Levels,
+    inner: int,
+) -> None:
+    start, inner = max(start, 0), max(inner, 0)
+    for i in range(size):
+        total[i] = ONE // 2
+    for j in range(len(down)):
+        line, weight = lines[j], np.int32(down[j])
+        for i in range(size):
+            total[i] = np.int32(total[i] + np.int32(weight * np.int32(linear[line, start + i])))
+    for i in range(size):
+        level[inner + i] = np.uint16(total[i] >> 14)
+
+
+@compiled
+def _along_eight(
+    level: Levels, at: int, taps: NDArray[np.int32], t: int, size: int, total: NDArray[np.int32]
+) -> None:
+    """Add eight taps, from the one at ``t`` on; the first eight begin the sum."""
+    w0, w1, w2, w3 = np.int32(taps[t]), np.int32(taps[t + 1]), np.int32(taps[t + 2]), np.int32(taps[t + 3])
+    w4, w5, w6, w7 = np.int32(taps[t + 4]), np.int32(taps[t + 5]), np.int32(taps[t + 6]), np.int32(taps[t + 7])
+    at = max(at - 21, 0)
+    if t == 0:
+        for i in range(size):
+            total[i] = ONE // 2
+    for i in range(size):
+        one = np.int32(np.int32(w0 * np.int32(level[at + 21 + i])) + np.int32(w1 * np.int32(level[at + 18 + i])))
+        two = np.int32(np.int32(w2 * np.int32(level[at + 15 + i])) + np.int32(w3 * np.int32(level[at + 12 + i])))
+        three = np.int32(np.int32(w4 * np.int32(level[at + 9 + i])) + np.int32(w5 * np.int32(level[at + 6 + i])))
+        four = np.int32(np.int32(w6 * np.int32(level[at + 3 + i])) + np.int32(w7 * np.int32(level[at + i])))
+        total[i] = np.int32(total[i] + np.int32(np.int32(one + two) + np.int32(three + four)))
+
+
+@compiled
+def _encode_run(total: NDArray[np.int32], encode: Words, out: Words, start: int, size: int) -> None:
+    start = max(start, 0)
+    for i in range(size):
+        out[start + i] = encode[np.uint16(total[i] >> 14)]
 
 
 @compiled
@@ -217,32 +280,37 @@ def _blur_row(
     """Blur one row where it changes within the kernel's reach; elsewhere ``out`` stays as it is."""
     size, blocks = changes.shape
     radius, width = len(down) // 2, ring[0].shape[1] // 3
-    busy = 0
-    for j in range(len(down)):
-        lines[j] = min(max(y + j - radius, 0), height - 1) % size
     for b in range(blocks):
         changed[b] = 0
-        for j in range(len(down)):
-            changed[b] |= changes[lines[j], b]
-        busy += changed[b]
-    if busy == 0:
-        return
-    # A block looks from its last tap to its first, and always at itself, which it keeps if nothing changes.
-    back, on = max(first + count - 1, 0), max(-first, 0)
-    run = -1
-    for b in range(blocks + 1):
-        reached = False
-        if b < blocks:
-            from_block = max(b * BLOCK - back, 0) // BLOCK
-            to_block = min((b + 1) * BLOCK - 1 + on, width - 1) // BLOCK
-            for other in range(from_block, to_block + 1):
-                reached = reached or changed[other] != 0
-        if reached and run < 0:
-            run = b
-        if not reached and run >= 0:
-            begin, end = run * BLOCK, min(b * BLOCK, width)
-            _blur_run(ring, lines, down, taps, first, count, begin, end, level, total, out, encode)
+    for j in range(len(down)):
+        line = min(max(y + j - radius, 0), height - 1) % size
+        lines[j] = line
+        for b in range(blocks):
+            changed[b] |= changes[line, b]
+    # A change is seen by every block that looks at it, from its last tap to its first, and by its own, so
+    # that a block which is left alone may keep what it has.
+    before, behind = (max(-first, 0) + BLOCK - 1) // BLOCK, (max(first + count - 1, 0) + BLOCK - 1) // BLOCK
+    run, end = -1, -1
+    for b in range(blocks):
+        if changed[b] == 0:
+            continue
+        start = max(b - before, 0)
+        if run >= 0 and start > end + GAP:
+            last = min(end * BLOCK, width)
+            _blur_run(ring, lines, down, taps, first, count, run * BLOCK, last, level, total, out, encode)
             run = -1
+        if run < 0:
+            run = start
+        end = min(b + behind + 1, blocks)
+    if run >= 0:
+        last = min(end * BLOCK, width)
+        _blur_run(ring, lines, down, taps, first, count, run * BLOCK, last, level, total, out, encode)
+
+
+@compiled
+def _copy(source: Image, out: Image) -> None:
+    for i in range(len(out)):
+        out[i] = source[i]
 
 
 @compiled
@@ -252,19 +320,18 @@ def _widen(source: Image, out: Words) -> None:
 
 
 @compiled
-def _gain_of_row(one: int, two: int, columns: Words, gain: Levels) -> None:
-    """Compose a row's gain on codes of two products of a row and a column factor."""
-    first, second = columns[0], columns[1]
+def _gain_of_row(factors: Words, columns: Words, gain: Levels) -> None:
+    """Compose a row's gain on codes of two products of a row and a column factor, and a third number."""
+    one, two, base = factors[0], factors[1], factors[2]
     for i in range(len(gain)):
-        a = np.int16((np.int32(one) * np.int32(first[i])) >> 16)
-        b = np.int16((np.int32(two) * np.int32(second[i])) >> 16)
-        gain[i] = np.uint16(np.int16(a + b) + 1)  # both were rounded down
+        part = np.int16(base + np.int16((np.int32(columns[0, i]) * np.int32(one)) >> 16))
+        gain[i] = np.uint16(np.int16(part + np.int16((np.int32(columns[1, i]) * np.int32(two)) >> 16)))
 
 
 @compiled
 def _light(row: Words, gain: Levels) -> None:
     for i in range(len(row)):
-        doubled = np.uint16((np.uint16(row[i]) + OFFSET) << 1)
+        doubled = np.uint16((np.uint16(row[i]) << 1) + 2 * OFFSET)
         raised = np.uint16(gain[i] << 2)
         product = np.uint16((np.uint32(doubled) * np.uint32(raised)) >> 16)
         value = np.int16(np.int32(product) - OFFSET)
@@ -356,7 +423,8 @@ def spoil(
         down: The same down a column, as weights that sum to ``ONE``.
         shear: Shift of a row to the right over that of the row above (px); the middle row stays.
         length: Of the motion blur (px).
-        rows: Two row factors of the gain, ``(h, 2)``; empty for a gain of 1.
+        rows: Two row factors of the gain, and 1 for rounding, ``(h, 3)``; every other row is used; empty for a
+            gain of 1.
         columns: Two column factors of the gain, ``(2, 3 w)``.
         least: Of all gains of a byte's channel (1/4096), ``(3 w,)``; empty where the toe needs no care.
         most: The greatest.
@@ -377,7 +445,7 @@ def spoil(
         words: Scratch, ``(3, 3 w)``.
         gain: Scratch, ``3 w``.
         box: Scratch, see :func:`blur_taps`.
-        taps: Scratch, three more than there can be taps.
+        taps: Scratch, seven more than there can be taps.
     """
     height, n = image.shape
     radius, size = len(down) // 2, kept.shape[0]
@@ -388,29 +456,36 @@ def spoil(
     codes, before, std = words[0], words[1], words[2]
     blurred = radius > 0 or length > 0.0 or shear != 0.0
     first, count = 0, 0
-    read = 0
+    read, alike = 0, 0
     for y in range(height):
         source = image[y]
         _widen(source, codes)
         if blurred:
             while read < min(y + radius + 1, height):
                 here = read % size
-                kept[here] = image[read]
-                known[here] = 0
-                above = kept[(read + size - 1) % size] if read > 0 else kept[0]
-                _find_changes(kept[here], above, mask, mask_words, changes[here])
+                _copy(image[read], kept[here])
+                for b in range(known.shape[1]):
+                    known[here, b] = 0
+                above = (read + size - 1) % size if read > 0 else here
+                alike = 0 if _differ(kept[here], kept[above]) else alike + 1
+                if alike < 2 or read < 2:
+                    _find_changes(kept[here], kept[above], mask, mask_words, changes[here])
+                else:  # the third of equal rows changes where the second does
+                    _copy(changes[above], changes[here])
                 read += 1
             if y == 0 or shear != 0.0:
                 shift = shear * (y + 0.5 - height / 2.0)
                 first, count = blur_taps(psf, shift, length, box, taps)
-                taps[count : count + 3] = 0
+                taps[count : count + 7] = 0
             _blur_row(
                 ring, changes, y, height, down, taps, first, count, changed, lines, level, total, codes, encode
             )
         if len(rows) > 0:
-            _gain_of_row(rows[y, 0], rows[y, 1], columns, gain)
+            if y % 2 == 0:
+                _gain_of_row(rows[y], columns, gain)
             if len(least) > 0:
-                before[:] = codes
+                for i in range(n):
+                    before[i] = codes[i]
             _light(codes, gain)
             if len(least) > 0:
                 _hold(before, codes, least, most)

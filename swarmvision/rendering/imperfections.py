@@ -38,7 +38,7 @@ STREAM_STD = 8192  # 4 standard deviations are the largest 16-bit number
 NOISIEST = 40.0  # grey levels; the law of the noise is cut there
 BENDS = (10.0, 26.0, 80.0)  # codes at which the spread of the noise changes its slope; 10 is the curve's toe
 GAMMA = 2.4  # of the power law inside the sRGB curve
-FAINT = 5e-4  # weight that the tail of a kernel may lose
+FAINT = 1e-3  # weight that the tail of a kernel may lose
 NEARLY_ONE = (0.65, 1.5)  # gains for which the toe of the sRGB curve needs no care
 FRACTIONS = 1 << 31
 
@@ -130,7 +130,7 @@ class Imperfections:
         """Return one thread's scratch, as :func:`effects.spoil` wants it."""
         n, ring = 3 * self._lens.width_px, len(self._psf) + 1
         blocks = -(-self._lens.width_px // effects.BLOCK)
-        reach = self._lens.width_px + 2 * len(self._psf) + 8
+        reach = self._lens.width_px + 2 * len(self._psf) + 16
         mask = np.zeros(3 * effects.BLOCK * blocks, np.uint8)
         return (
             np.empty((ring, n), np.uint8),
@@ -205,7 +205,7 @@ class _Light:
         gains = config.gain * np.array(config.white_balance)
         if config.vignetting == 0.0 and (gains == 1.0).all():
             none = np.empty(0, np.uint16)
-            return cls(np.empty((0, 2), np.int16), np.empty((2, 0), np.int16), none, none)
+            return cls(np.empty((0, 3), np.int16), np.empty((2, 0), np.int16), none, none)
 
         def fall_off(rows: FloatArray, columns: FloatArray) -> FloatArray:
             x, y = columns - lens.centre_px[0], (rows - lens.centre_px[1])[:, None]
@@ -228,7 +228,7 @@ class _Light:
             return np.tile(np.rint(4096.0 * gain), lens.width_px if toe else 0).astype(np.uint16)
 
         return cls(
-            np.rint(of_rows / most * 32767.0).astype(np.int16),
+            np.rint(np.column_stack([of_rows / most * 32767.0, np.ones(len(rows))])).astype(np.int16),
             np.clip(np.rint(scaled), -32767, 32767).astype(np.int16),
             per_byte(np.minimum(gains * least, 1.0)),
             per_byte(np.maximum(gains, 1.0)),
