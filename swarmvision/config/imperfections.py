@@ -28,7 +28,7 @@ class ImperfectionsConfig(Settings):
     """Light of the picture over that of the scene as it is rendered: exposure."""
 
     white_balance: tuple[Gain, Gain, Gain] = (1.03, 1.0, 0.96)
-    """Light of red, green and blue that a wrong white balance leaves on a grey. Ours: a lamp a little warm."""
+    """Light of red, green and blue that a wrong white balance leaves on a grey. Ours: a warm lamp."""
 
     vignetting: Annotated[float, Field(ge=0, le=2)] = 0.25
     """Fall-off to the corners: light is cos^4 of the angle off axis to this power. 1 is a bare lens; what
@@ -62,10 +62,10 @@ class ImperfectionsConfig(Settings):
     """Of the file that the picture goes through; 0 is no file."""
 
     dropped: Share = 0.005
-    """Share of pictures that never arrive. Ours."""
+    """Share of single pictures that never arrive. Ours."""
 
     late: Share = 0.02
-    """Share of pictures that arrive late. Ours."""
+    """Share of a robot's exposures that arrive late, all its lenses together. Ours."""
 
     lateness: Annotated[float, Field(ge=0, le=5)] = 0.03125
     """By which those arrive later than the others (s). Ours: one picture at 32 Hz."""

@@ -28,6 +28,8 @@ from swarmvision.geometry import FloatArray
 Image = NDArray[np.uint8]
 Words = NDArray[np.int16]
 Levels = NDArray[np.uint16]
+Places = NDArray[np.int64]
+Sums = NDArray[np.int32]
 Ring = tuple[Image, Levels, Image, Levels]
 """Some rows as codes and as linear light, which blocks are decoded, and the table that decodes."""
 
@@ -48,7 +50,7 @@ ENCODE = np.rint(np.interp(np.arange(65536), DECODE, np.arange(256) * float(FINE
 
 
 @compiled
-def blur_taps(psf: FloatArray, shift: float, length: float, box: FloatArray, taps: NDArray[np.int32]) -> tuple[int, int]:
+def blur_taps(psf: FloatArray, shift: float, length: float, box: FloatArray, taps: Sums) -> tuple[int, int]:
     """Fill in the weights of one row's horizontal kernel: the lens's blur, moved and smeared.
 
     The row is taken as straight lines between pixel centres and averaged over displacements from
@@ -126,7 +128,7 @@ def _find_changes(row: Image, above: Image, mask: Image, words: NDArray[np.uint6
 
 
 @compiled
-def _linear_run(ring: Ring, lines: NDArray[np.int64], low: int, high: int) -> None:
+def _linear_run(ring: Ring, lines: Places, low: int, high: int) -> None:
     """Decode the pixels ``low`` to ``high`` of some rows of the ring, block by block, unless they are."""
     codes, linear, known, decode = ring
     n = codes.shape[1]
@@ -142,15 +144,15 @@ def _linear_run(ring: Ring, lines: NDArray[np.int64], low: int, high: int) -> No
 @compiled
 def _blur_run(
     ring: Ring,
-    lines: NDArray[np.int64],
-    down: NDArray[np.int32],
-    taps: NDArray[np.int32],
+    lines: Places,
+    down: Sums,
+    taps: Sums,
     first: int,
     count: int,
     begin: int,
     end: int,
     level: Levels,
-    total: NDArray[np.int32],
+    total: Sums,
     out: Words,
     encode: Words,
 ) -> None:
@@ -190,8 +192,8 @@ def _blur_run(
 @compiled
 def _down_five(
     linear: Levels,
-    lines: NDArray[np.int64],
-    down: NDArray[np.int32],
+    lines: Places,
+    down: Sums,
     start: int,
     size: int,
     level: Levels,
@@ -215,11 +217,11 @@ def _down_five(
 @compiled
 def _down_any(
     linear: Levels,
-    lines: NDArray[np.int64],
-    down: NDArray[np.int32],
+    lines: Places,
+    down: Sums,
     start: int,
     size: int,
-    total: NDArray[np.int32],
+    total: Sums,
     level: Levels,
     inner: int,
 ) -> None:
@@ -235,26 +237,35 @@ def _down_any(
 
 
 @compiled
-def _along_eight(
-    level: Levels, at: int, taps: NDArray[np.int32], t: int, size: int, total: NDArray[np.int32]
-) -> None:
+def _along_eight(level: Levels, at: int, taps: Sums, t: int, size: int, total: Sums) -> None:
     """Add eight taps, from the one at ``t`` on; the first eight begin the sum."""
     w0, w1, w2, w3 = np.int32(taps[t]), np.int32(taps[t + 1]), np.int32(taps[t + 2]), np.int32(taps[t + 3])
-    w4, w5, w6, w7 = np.int32(taps[t + 4]), np.int32(taps[t + 5]), np.int32(taps[t + 6]), np.int32(taps[t + 7])
+    w4, w5, w6, w7 = (
+        np.int32(taps[t + 4]),
+        np.int32(taps[t + 5]),
+        np.int32(taps[t + 6]),
+        np.int32(taps[t + 7]),
+    )
     at = max(at - 21, 0)
     if t == 0:
         for i in range(size):
             total[i] = ONE // 2
     for i in range(size):
-        one = np.int32(np.int32(w0 * np.int32(level[at + 21 + i])) + np.int32(w1 * np.int32(level[at + 18 + i])))
-        two = np.int32(np.int32(w2 * np.int32(level[at + 15 + i])) + np.int32(w3 * np.int32(level[at + 12 + i])))
-        three = np.int32(np.int32(w4 * np.int32(level[at + 9 + i])) + np.int32(w5 * np.int32(level[at + 6 + i])))
+        one = np.int32(
+            np.int32(w0 * np.int32(level[at + 21 + i])) + np.int32(w1 * np.int32(level[at + 18 + i]))
+        )
+        two = np.int32(
+            np.int32(w2 * np.int32(level[at + 15 + i])) + np.int32(w3 * np.int32(level[at + 12 + i]))
+        )
+        three = np.int32(
+            np.int32(w4 * np.int32(level[at + 9 + i])) + np.int32(w5 * np.int32(level[at + 6 + i]))
+        )
         four = np.int32(np.int32(w6 * np.int32(level[at + 3 + i])) + np.int32(w7 * np.int32(level[at + i])))
         total[i] = np.int32(total[i] + np.int32(np.int32(one + two) + np.int32(three + four)))
 
 
 @compiled
-def _encode_run(total: NDArray[np.int32], encode: Words, out: Words, start: int, size: int) -> None:
+def _encode_run(total: Sums, encode: Words, out: Words, start: int, size: int) -> None:
     start = max(start, 0)
     for i in range(size):
         out[start + i] = encode[np.uint16(total[i] >> 14)]
@@ -266,14 +277,14 @@ def _blur_row(
     changes: Image,
     y: int,
     height: int,
-    down: NDArray[np.int32],
-    taps: NDArray[np.int32],
+    down: Sums,
+    taps: Sums,
     first: int,
     count: int,
     changed: Image,
-    lines: NDArray[np.int64],
+    lines: Places,
     level: Levels,
-    total: NDArray[np.int32],
+    total: Sums,
     out: Words,
     encode: Words,
 ) -> None:
@@ -389,7 +400,7 @@ def _drop_bits(out: Image, bits: int) -> None:
 def spoil(
     image: Image,
     psf: FloatArray,
-    down: NDArray[np.int32],
+    down: Sums,
     shear: float,
     length: float,
     rows: Words,
@@ -409,11 +420,11 @@ def spoil(
     mask: Image,
     mask_words: NDArray[np.uint64],
     level: Levels,
-    total: NDArray[np.int32],
+    total: Sums,
     words: Words,
     gain: Levels,
     box: FloatArray,
-    taps: NDArray[np.int32],
+    taps: Sums,
 ) -> None:
     """Spoil a picture in place.
 
@@ -423,8 +434,8 @@ def spoil(
         down: The same down a column, as weights that sum to ``ONE``.
         shear: Shift of a row to the right over that of the row above (px); the middle row stays.
         length: Of the motion blur (px).
-        rows: Two row factors of the gain, and 1 for rounding, ``(h, 3)``; every other row is used; empty for a
-            gain of 1.
+        rows: Two row factors of the gain, and 1 for rounding, ``(h, 3)``; every other row is used; none for
+            a gain of 1.
         columns: Two column factors of the gain, ``(2, 3 w)``.
         least: Of all gains of a byte's channel (1/4096), ``(3 w,)``; empty where the toe needs no care.
         most: The greatest.
@@ -478,7 +489,20 @@ def spoil(
                 first, count = blur_taps(psf, shift, length, box, taps)
                 taps[count : count + 7] = 0
             _blur_row(
-                ring, changes, y, height, down, taps, first, count, changed, lines, level, total, codes, encode
+                ring,
+                changes,
+                y,
+                height,
+                down,
+                taps,
+                first,
+                count,
+                changed,
+                lines,
+                level,
+                total,
+                codes,
+                encode,
             )
         if len(rows) > 0:
             if y % 2 == 0:

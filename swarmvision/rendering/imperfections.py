@@ -31,7 +31,7 @@ from swarmvision.colour import decode
 from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
-from swarmvision.rendering.effects import FINE, GAIN_ONE, LEHMER_PRIME, ONE, STARTS, Image
+from swarmvision.rendering.effects import FINE, GAIN_ONE, LEHMER, LEHMER_PRIME, ONE, STARTS, Image
 
 STREAM_SEED = 20  # the stream is the same in every run; what varies is where windows begin
 STREAM_STD = 8192  # 4 standard deviations are the largest 16-bit number
@@ -40,7 +40,6 @@ BENDS = (10.0, 26.0, 80.0)  # codes at which the spread of the noise changes its
 GAMMA = 2.4  # of the power law inside the sRGB curve
 FAINT = 1e-3  # weight that the tail of a kernel may lose
 NEARLY_ONE = (0.65, 1.5)  # gains for which the toe of the sRGB curve needs no care
-FRACTIONS = 1 << 31
 
 
 class Imperfections:
@@ -115,12 +114,14 @@ class Imperfections:
         shift = min(abs(shear) * height / 2.0, room)
         return math.copysign(2.0 * shift / height, shear), min(abs(speed) * self._config.exposure_time, room)
 
-    def lateness(self, key: int) -> float | None:
-        """Return by how much a picture arrives later than it should (s); None if it never arrives."""
-        chance = (key >> 31) % FRACTIONS / FRACTIONS  # bits that the noise does not use
-        if chance < self._config.dropped:
-            return None
-        return self._config.lateness if chance < self._config.dropped + self._config.late else 0.0
+    def is_lost(self, key: int) -> bool:
+        """Return whether a picture never arrives."""
+        return (key >> 31) % LEHMER_PRIME < self._config.dropped * LEHMER_PRIME
+
+    def delay(self, key: int) -> float:
+        """Return by how much an exposure arrives later than it should (s)."""
+        late = (key >> 31) * LEHMER % LEHMER_PRIME < self._config.late * LEHMER_PRIME
+        return self._config.lateness if late else 0.0
 
     def noise_std(self, code: ArrayLike) -> FloatArray:
         """Return the standard deviation (grey levels) that the sensor's noise has at sRGB codes."""
@@ -217,10 +218,10 @@ class _Light:
         left, size, right = np.linalg.svd(fall_off(coarse_rows, coarse_columns) ** (1.0 / GAMMA))
         size = np.maximum(size, 1e-9)
         of_rows = fall_off(rows, coarse_columns) ** (1.0 / GAMMA) @ right[:2].T  # (h, 2)
-        of_columns = left[:, :2].T @ fall_off(coarse_rows, columns) ** (1.0 / GAMMA) / size[:2, None]  # (2, w)
-        of_columns = np.einsum("kx,c->kxc", of_columns, gains ** (1.0 / GAMMA)).reshape(2, -1)
+        of_columns = left[:, :2].T @ fall_off(coarse_rows, columns) ** (1.0 / GAMMA)  # (2, w)
+        of_bytes = np.einsum("kx,k,c->kxc", of_columns, 1.0 / size[:2], gains ** (1.0 / GAMMA))
         most = np.maximum(np.abs(of_rows).max(axis=0), 1e-9)
-        scaled = of_columns * most[:, None] * GAIN_ONE * 65536.0 / 32767.0
+        scaled = of_bytes.reshape(2, -1) * most[:, None] * GAIN_ONE * 65536.0 / 32767.0
         least = min(float(fall_off(rows[[0, -1]], columns[[0, -1]]).min()), 1.0)
         toe = (gains.min() * least < NEARLY_ONE[0]) or gains.max() > NEARLY_ONE[1]
 
@@ -244,7 +245,8 @@ def _noise_law(config: ImperfectionsConfig) -> tuple[NDArray[np.int16], int]:
     hinges = np.stack([np.ones(256), code, *(np.maximum(code - bend, 0.0) for bend in BENDS)], axis=1)
     parts = np.linalg.lstsq(hinges / std[:, None], np.ones(256), rcond=None)[0]
     unit = 128.0  # of a grey level
-    while unit > 1.0 and (np.abs(parts[1:]).max() * 65536.0 / FINE * unit > 32767.0 or std.max() * unit > 32000.0):
+    most = max(np.abs(parts[1:]).max() * 65536.0 / FINE, std.max())  # has to fit into 16 bits
+    while most * unit > 32000.0:
         unit /= 2.0
     law = np.concatenate([parts[:1] * unit, parts[1:] * unit * 65536.0 / FINE, np.array(BENDS) * FINE])
     step = round(FINE * 65536.0 / (STREAM_STD * unit))
