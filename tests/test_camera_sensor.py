@@ -22,7 +22,9 @@ CIRCLE = np.array([[0.35 * np.cos(a), 0.35 * np.sin(a), 2.5 * a + 1] for a in np
 
 
 def sensor(robots: int, workers: int = 1, keep: bool = False, **settings: object) -> CameraSensor:
-    config = CameraSensorConfig.model_validate({"rig": "ring-7", **settings})
+    # Pictures that are lost or late have tests of their own.
+    defaults = {"rig": "ring-7", "imperfections": {"dropped": 0, "late": 0}}
+    config = CameraSensorConfig.model_validate({**defaults, **settings})
     return CameraSensor(config, ROBOT, ARENA, robots, seed=3, keep_pictures=keep, workers=workers)
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from swarmvision.config.camera import LENSES, RIGS, LensConfig, RigConfig
+from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.config.model import Settings
 from swarmvision.errors import ConfigError, unknown_name
 
@@ -64,10 +65,10 @@ class CameraSensorConfig(Settings):
     """Pictures per second of every lens; the paper's camera reaches 32."""
 
     latency: Annotated[float, Field(ge=0, le=5)] = 0.0
-    """From exposure to estimate (s)."""
+    """From exposure to estimate (s); a late picture takes longer."""
 
-    noise_std: Annotated[float, Field(ge=0, le=64)] = 2.0
-    """Standard deviation of the sensor noise (grey levels of 255)."""
+    imperfections: ImperfectionsConfig = IMPERFECTIONS["pi-v1"]
+    """A preset's name (none, pi-v1) or what spoils the pictures."""
 
     method: Method = "edges"
     """How a picture becomes neighbours."""
@@ -90,6 +91,11 @@ class CameraSensorConfig(Settings):
     @classmethod
     def _rig_preset(cls, value: object) -> object:
         return _preset("rig", value, RIGS)
+
+    @field_validator("imperfections", mode="before")
+    @classmethod
+    def _imperfections_preset(cls, value: object) -> object:
+        return _preset("imperfections", value, IMPERFECTIONS)
 
 
 SensorConfig = Annotated[CameraSensorConfig | TruthSensorConfig, Field(discriminator="kind")]

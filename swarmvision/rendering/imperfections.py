@@ -1,42 +1,277 @@
-"""What a real sensor does to a perfect picture. So far: noise.
+"""What a real camera does to a perfect picture, in the order in which light and numbers go through it.
 
-A long stream of rounded Gaussian noise is drawn once per level; a picture gets a window of it that
-starts at a hashed place, so there is no random draw per pixel and the key alone decides. Positive
-and negative noise are kept apart, because saturating byte arithmetic is what processors do fastest.
+Defocus, motion blur and rolling shutter (where light falls), vignetting, exposure and white balance
+(how much of it), shot and read noise, quantisation, colour mosaic, JPEG; and pictures that come late
+or never. Distortion is the lens's and is drawn by the renderers.
+
+Everything follows from the key of the picture: the same key, the same bytes, in any order and on any
+thread. Where we are plainer than a camera:
+
+* A turn moves all columns by ``f`` times the angle. Truly it is ``f / cos^2`` of the bearing: a quarter
+  more at the border of the Pi camera. The robot's way in the exposure is left out: 1 mm at 0.15 m/s.
+* Scenes come clipped at white, so what outshines the picture does not smear as far as it should.
+* Shot noise is Gaussian, cut at 4 standard deviations: below 30 electrons it would be skew.
+* The mosaic is taken of sRGB codes after white balance, and demosaiced bilinearly by OpenCV.
 """
 
 from __future__ import annotations
 
+import math
+import threading
+from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ive
 
-STARTS = 1 << 20  # places where a window may start: how many pictures differ
-STREAM_SEED = 20  # the stream is the same in every run; what varies is where windows start
+from swarmvision.camera import Lens
+from swarmvision.colour import decode
+from swarmvision.config.imperfections import ImperfectionsConfig
+from swarmvision.geometry import FloatArray
+from swarmvision.rendering import effects
+from swarmvision.rendering.effects import FINE, GAIN_ONE, LEHMER, LEHMER_PRIME, ONE, STARTS, Image
+
+STREAM_SEED = 20  # the stream is the same in every run; what varies is where windows begin
+STREAM_STD = 8192  # 4 standard deviations are the largest 16-bit number
+NOISIEST = 40.0  # grey levels; the law of the noise is cut there
+BENDS = (10.0, 26.0, 80.0)  # codes at which the spread of the noise changes its slope; 10 is the curve's toe
+GAMMA = 2.4  # of the power law inside the sRGB curve
+FAINT = 1e-3  # weight that the tail of a kernel may lose
+NEARLY_ONE = (0.65, 1.5)  # gains for which the toe of the sRGB curve needs no care
 
 
-def add_noise(image: NDArray[np.uint8], std: float, key: int) -> None:
-    """Add Gaussian noise to a picture in place, saturating at 0 and 255.
+class Imperfections:
+    """The faults of one kind of camera; threads may share it."""
 
-    Args:
-        image: sRGB, shape ``(h, w, 3)``, contiguous.
-        std: Standard deviation (grey levels of 255); 0 changes nothing.
-        key: Decides the noise: the same key, the same noise.
+    def __init__(self, config: ImperfectionsConfig, lens: Lens) -> None:
+        """Prepare tables.
+
+        Args:
+            config: Which faults.
+            lens: Whose pictures.
+        """
+        self._config = config
+        self._lens = lens
+        self._psf = discrete_gaussian(config.defocus)
+        self._down = _weights(self._psf)
+        self._light = _Light.of(config, lens)
+        self._law, self._step = _noise_law(config)
+        self._stream = _stream(3 * lens.width_px) if config.white_electrons > 0.0 else np.empty(0, np.int16)
+        self._scratch = threading.local()
+        self._idle = (
+            not len(self._light.rows) and not len(self._law) and config.bits == 8 and len(self._psf) == 1
+        )
+
+    def spoil(self, image: Image, key: int, turn_rate: float = 0.0) -> None:
+        """Spoil a picture in place.
+
+        Args:
+            image: sRGB, shape ``(h, w, 3)`` of the lens, contiguous.
+            key: Decides all chance: the same key, the same picture.
+            turn_rate: Of the lens in the world (rad/s), left positive.
+        """
+        if image.size == 0:
+            return
+        shear, length = self.drift(turn_rate)
+        if not (self._idle and shear == 0.0 and length == 0.0):
+            if not hasattr(self._scratch, "arrays"):
+                self._scratch.arrays = self._arrays()
+            effects.spoil(
+                image.reshape(image.shape[0], -1),
+                self._psf,
+                self._down,
+                shear,
+                length,
+                self._light.rows,
+                self._light.columns,
+                self._light.least,
+                self._light.most,
+                self._law,
+                self._step,
+                self._stream,
+                1 + key % (LEHMER_PRIME - 1),
+                self._config.bits,
+                effects.DECODE,
+                effects.ENCODE,
+                *self._scratch.arrays,
+            )
+        if self._config.bayer:
+            image[:] = _mosaic(image)
+        if self._config.jpeg_quality > 0:
+            image[:] = _through_jpeg(image, self._config.jpeg_quality)
+
+    def drift(self, turn_rate: float) -> tuple[float, float]:
+        """Return what a turn (rad/s) does: shift of a row over the one above and length of the blur (px).
+
+        Both are kept so small that no pixel comes from more than a picture's width away.
+        """
+        width, height = self._lens.width_px, self._lens.height_px
+        room = max(width / 2.0 - len(self._psf) - 2.0, 0.0)
+        speed = self._lens.focal_px * turn_rate
+        shear = speed * self._config.readout_time / height
+        shift = min(abs(shear) * height / 2.0, room)
+        return math.copysign(2.0 * shift / height, shear), min(abs(speed) * self._config.exposure_time, room)
+
+    def is_lost(self, key: int) -> bool:
+        """Return whether a picture never arrives."""
+        return (key >> 31) % LEHMER_PRIME < self._config.dropped * LEHMER_PRIME
+
+    def delay(self, key: int) -> float:
+        """Return by how much an exposure arrives later than it should (s)."""
+        late = (key >> 31) * LEHMER % LEHMER_PRIME < self._config.late * LEHMER_PRIME
+        return self._config.lateness if late else 0.0
+
+    def noise_std(self, code: ArrayLike) -> FloatArray:
+        """Return the standard deviation (grey levels) that the sensor's noise has at sRGB codes."""
+        return noise_std(self._config, code)
+
+    def _arrays(self) -> tuple[NDArray[np.generic], ...]:
+        """Return one thread's scratch, as :func:`effects.spoil` wants it."""
+        n, ring = 3 * self._lens.width_px, len(self._psf) + 1
+        blocks = -(-self._lens.width_px // effects.BLOCK)
+        reach = self._lens.width_px + 2 * len(self._psf) + 16
+        mask = np.zeros(3 * effects.BLOCK * blocks, np.uint8)
+        return (
+            np.empty((ring, n), np.uint8),
+            np.empty((ring, n), np.uint16),
+            np.empty((2, ring, blocks), np.uint8),
+            mask,
+            mask.view(np.uint64),
+            np.zeros(3 * n + 2 * effects.MARGIN, np.uint16),
+            np.empty(n, np.int32),
+            np.empty((3, n), np.int16),
+            np.empty(n, np.uint16),
+            np.empty(reach),
+            np.empty(reach, np.int32),
+        )
+
+
+def noise_std(config: ImperfectionsConfig, code: ArrayLike) -> FloatArray:
+    """Return the standard deviation (grey levels) of shot and read noise at sRGB codes.
+
+    Light ``L`` (1 at white) is ``N L`` electrons with the variance ``N L + r^2`` (photon transfer:
+    J. R. Janesick, "Photon Transfer", SPIE, 2007); the slope of the sRGB curve makes it grey levels.
+    In the power law that is nearly even, as the square root makes a Poisson variable even (Anscombe).
     """
-    if std <= 0.0 or image.size == 0:
-        return
-    more, less = _stream(std, image.size)
-    window = slice(key % STARTS, key % STARTS + image.size)
-    flat = image.reshape(1, -1)
-    cv2.add(flat, more[None, window], dst=flat)
-    cv2.subtract(flat, less[None, window], dst=flat)
+    value = np.asarray(code, dtype=np.float64)
+    if config.white_electrons <= 0.0:
+        return np.zeros_like(value)
+    light = decode(value)
+    above = 255.0 * 1.055 / GAMMA * np.maximum(light, 1e-6) ** (1.0 / GAMMA - 1.0)
+    slope = np.where(value <= 255.0 * 0.04045, 255.0 * 12.92, above)
+    spread = np.sqrt(light / config.white_electrons + (config.read_noise / config.white_electrons) ** 2)
+    return np.minimum(slope * spread, NOISIEST)
+
+
+def discrete_gaussian(std: float) -> FloatArray:
+    """Return weights ``(2 r + 1,)`` that sum to 1 and have the variance ``std^2`` (px^2).
+
+    The Gaussian of a lattice, ``exp(-t) I_n(t)``: T. Lindeberg, IEEE PAMI 12, 1990, doi:10.1109/34.49051.
+    A sampled Gaussian of half a pixel has a sixth less variance than it should.
+    """
+    if std <= 0.0:
+        return np.ones(1)
+    radius = 1
+    while 2.0 * float(ive(radius + 1, std**2)) > FAINT:
+        radius += 1
+    weights = ive(np.abs(np.arange(-radius, radius + 1)), std**2)
+    return np.asarray(weights / weights.sum(), dtype=np.float64)
+
+
+def _weights(psf: FloatArray) -> NDArray[np.int32]:
+    """Return whole weights that sum to ``ONE``."""
+    weights = np.rint(psf * ONE).astype(np.int32)
+    weights[len(psf) // 2] += ONE - weights.sum()
+    return weights
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Light:
+    """The gain of each pixel on codes, as two products of row and column factors, 16 bits each."""
+
+    rows: NDArray[np.int16]
+    columns: NDArray[np.int16]
+    least: NDArray[np.uint16]
+    most: NDArray[np.uint16]
+
+    @classmethod
+    def of(cls, config: ImperfectionsConfig, lens: Lens) -> _Light:
+        """Return the factors of exposure, white balance and vignetting.
+
+        The gain on codes is the gain of light to 1 / 2.4. Its map is smooth, so the two largest terms of a
+        singular value decomposition on a coarse grid carry it to 1e-3.
+        """
+        gains = config.gain * np.array(config.white_balance)
+        if config.vignetting == 0.0 and (gains == 1.0).all():
+            none = np.empty(0, np.uint16)
+            return cls(np.empty((0, 3), np.int16), np.empty((2, 0), np.int16), none, none)
+
+        def fall_off(rows: FloatArray, columns: FloatArray) -> FloatArray:
+            x, y = columns - lens.centre_px[0], (rows - lens.centre_px[1])[:, None]
+            return (1.0 + (x * x + y * y) / lens.focal_px**2) ** (-2.0 * config.vignetting)
+
+        rows, columns = np.arange(lens.height_px) + 0.5, np.arange(lens.width_px) + 0.5
+        coarse_rows = np.linspace(rows[0], rows[-1], 33)
+        coarse_columns = np.linspace(columns[0], columns[-1], 33)
+        left, size, right = np.linalg.svd(fall_off(coarse_rows, coarse_columns) ** (1.0 / GAMMA))
+        size = np.maximum(size, 1e-9)
+        of_rows = fall_off(rows, coarse_columns) ** (1.0 / GAMMA) @ right[:2].T  # (h, 2)
+        of_columns = left[:, :2].T @ fall_off(coarse_rows, columns) ** (1.0 / GAMMA)  # (2, w)
+        of_bytes = np.einsum("kx,k,c->kxc", of_columns, 1.0 / size[:2], gains ** (1.0 / GAMMA))
+        most = np.maximum(np.abs(of_rows).max(axis=0), 1e-9)
+        scaled = of_bytes.reshape(2, -1) * most[:, None] * GAIN_ONE * 65536.0 / 32767.0
+        least = min(float(fall_off(rows[[0, -1]], columns[[0, -1]]).min()), 1.0)
+        toe = (gains.min() * least < NEARLY_ONE[0]) or gains.max() > NEARLY_ONE[1]
+
+        def per_byte(gain: FloatArray) -> NDArray[np.uint16]:
+            return np.tile(np.rint(4096.0 * gain), lens.width_px if toe else 0).astype(np.uint16)
+
+        return cls(
+            np.rint(np.column_stack([of_rows / most * 32767.0, np.ones(len(rows))])).astype(np.int16),
+            np.clip(np.rint(scaled), -32767, 32767).astype(np.int16),
+            per_byte(np.minimum(gains * least, 1.0)),
+            per_byte(np.maximum(gains, 1.0)),
+        )
+
+
+def _noise_law(config: ImperfectionsConfig) -> tuple[NDArray[np.int16], int]:
+    """Return the line with three bends that is nearest to the law, in relative error, and its unit."""
+    if config.white_electrons <= 0.0:
+        return np.empty(0, np.int16), 0
+    code = np.arange(256.0)
+    std = noise_std(config, code)
+    hinges = np.stack([np.ones(256), code, *(np.maximum(code - bend, 0.0) for bend in BENDS)], axis=1)
+    parts = np.linalg.lstsq(hinges / std[:, None], np.ones(256), rcond=None)[0]
+    unit = 128.0  # of a grey level
+    most = max(np.abs(parts[1:]).max() * 65536.0 / FINE, std.max())  # has to fit into 16 bits
+    while most * unit > 32000.0:
+        unit /= 2.0
+    law = np.concatenate([parts[:1] * unit, parts[1:] * unit * 65536.0 / FINE, np.array(BENDS) * FINE])
+    step = round(FINE * 65536.0 / (STREAM_STD * unit))
+    return np.rint(law).astype(np.int16), step
 
 
 @lru_cache(maxsize=8)
-def _stream(std: float, size: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return the positive and the negative part of the noise, long enough for every window."""
-    noise = np.rint(np.random.default_rng(STREAM_SEED).normal(0.0, std, STARTS + size))
-    noise = np.clip(noise, -255, 255)
-    return np.maximum(noise, 0).astype(np.uint8), np.maximum(-noise, 0).astype(np.uint8)
+def _stream(row: int) -> NDArray[np.int16]:
+    """Return Gaussian numbers, long enough for every window of a row's length."""
+    numbers = np.random.default_rng(STREAM_SEED).normal(0.0, STREAM_STD, STARTS + row)
+    return np.clip(np.rint(numbers), -32767, 32767).astype(np.int16)
+
+
+def _mosaic(image: Image) -> Image:
+    """Return the picture as a sensor of red, green, green, blue pixels tells it, bilinear between them."""
+    if min(image.shape[:2]) < 3:
+        return image
+    raw = image[..., 1].copy()
+    raw[0::2, 0::2] = image[0::2, 0::2, 0]
+    raw[1::2, 1::2] = image[1::2, 1::2, 2]
+    return np.asarray(cv2.cvtColor(raw, cv2.COLOR_BayerRGGB2RGB), dtype=np.uint8)
+
+
+def _through_jpeg(image: Image, quality: int) -> Image:
+    """Return what is left of the picture in a JPEG file."""
+    _, file = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
+    back = cv2.imdecode(file, cv2.IMREAD_COLOR)
+    return np.asarray(back, dtype=np.uint8)[..., ::-1]

@@ -1,8 +1,10 @@
 """Pictures from every lens of every robot, read into neighbours and tracked.
 
-One exposure of the whole swarm at a time: each robot's lenses are rendered, spoiled, read, fused
-into the robot's frame and handed to its tracker. Robots are independent of each other, so a pool
-of threads works on them in any order and the result is the same for any number of workers.
+All robots expose at the same times; those scenes are noted as they pass. Each robot then takes in what
+has arrived, in the order in which it was taken: its lenses are rendered, spoiled, read, fused into
+the robot's frame and handed to its tracker. A picture may be lost (then the tracker coasts) or late
+(then it and those behind it wait). Robots are independent of each other, so a pool of threads works
+on them in any order and the result is the same for any number of workers.
 """
 
 from __future__ import annotations
@@ -11,8 +13,9 @@ import copy
 import math
 import os
 import threading
-from collections import deque
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import cv2
@@ -31,7 +34,7 @@ from swarmvision.perception import Reader
 from swarmvision.perception.fuse import robot_frame
 from swarmvision.perception.track import Tracker
 from swarmvision.randomness import Subsystem, hashed
-from swarmvision.rendering.imperfections import add_noise
+from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
 
 Image = NDArray[np.uint8]
@@ -46,6 +49,18 @@ class Renderer(Protocol):
     ) -> Image:
         """Return the picture ``(h, w, 3)`` of the scene from a lens pose ``(3,)`` in the world."""
         ...
+
+
+@dataclass(eq=False, slots=True)
+class _Eyes:
+    """How far one robot has got with its pictures."""
+
+    tracker: Tracker
+    exposures: int = 0
+    """Taken in; the number of the next one."""
+    scene: Scene | None = None
+    """Of the last one."""
+    pictures: list[Picture] = field(default_factory=list)
 
 
 class CameraSensor:
@@ -65,11 +80,11 @@ class CameraSensor:
         """Set up one rig, reader and tracker per robot.
 
         Args:
-            config: Lens, rig, rate, latency, noise, method and memory.
+            config: Lens, rig, rate, latency, imperfections, method and memory.
             robot: What the robots look like and how they drive.
             arena: Where they are.
             robots: How many.
-            seed: Of the run; every picture's noise follows from it and from whose picture it is.
+            seed: Of the run; every picture's chance follows from it and from whose picture it is.
             keep_pictures: Whether :attr:`pictures` holds the newest ones.
             workers: Threads; as many as the machine has cores where not given.
         """
@@ -81,10 +96,10 @@ class CameraSensor:
         self._drive = Drive.from_config(robot)
         self._reader = Reader(self.rig.lens, Marker.from_config(robot.marker), config.method)
         self._renderer, parallel = _renderer(config, self.rig, robot, arena)
-        self._trackers = [Tracker(config.tracker) for _ in range(robots)]
-        self._scenes: deque[Scene] = deque()
-        self._next_exposure = 0
-        self._tracked_until = 0.0
+        self._imperfections = Imperfections(config.imperfections, self.rig.lens)
+        self._eyes = [_Eyes(Tracker(config.tracker)) for _ in range(robots)]
+        self._newest: Scene | None = None
+        self._exposed: dict[int, Scene] = {}
         self._buffers = threading.local()
         cores = workers if workers is not None else len(os.sched_getaffinity(0))
         self._pool = ThreadPoolExecutor(cores) if parallel and cores > 1 and robots > 1 else None
@@ -92,75 +107,78 @@ class CameraSensor:
 
     def sense(self, scene: Scene) -> Estimates:
         """Return what each robot believes at the scene's time, from every picture that has arrived."""
-        self._scenes.append(scene)
-        self.pictures = ()
-        while (exposed := self._next_exposure / self._config.rate_hz) + self._config.latency <= (
-            scene.time + CLOCK_SLACK
-        ):
-            self._expose(min(exposed, scene.time))
-            self._next_exposure += 1
-        while len(self._scenes) > 2 and self._scenes[1].time <= self._oldest_needed():
-            self._scenes.popleft()
-        return Estimates.stack([self._now(i, scene.time) for i in range(scene.robots)])
+        self._expose(scene)
 
-    def _oldest_needed(self) -> float:
-        return min(self._tracked_until, self._next_exposure / self._config.rate_hz)
+        def catch_up(robot: int) -> Estimates:
+            return self._catch_up(robot, self._eyes[robot], scene)
 
-    def _expose(self, time: float) -> None:
-        """Take, read and track one picture of every lens at a time (s) that has passed."""
-        scene = self._scene_at(time)
-        robot_from_lens = self.rig.robot_from_lens(time)
-        travelled = self._travelled(self._tracked_until, time)
+        estimates = list((self._pool.map if self._pool else map)(catch_up, range(scene.robots)))
+        self.pictures = tuple(picture for eyes in self._eyes for picture in eyes.pictures)
+        read = min((eyes.exposures for eyes in self._eyes), default=0)
+        # The last exposure that was read tells how far the robot has come since.
+        self._exposed = {number: taken for number, taken in self._exposed.items() if number >= read - 1}
+        return Estimates.stack(estimates)
 
-        def look(robot: int) -> list[Picture]:
-            pictures, neighbours = self._look(robot, scene, robot_from_lens)
-            self._trackers[robot].step(neighbours, *travelled[robot])
-            return pictures
+    def _expose(self, scene: Scene) -> None:
+        """Note the scenes of all exposures since the newest scene, up to this one."""
+        rate, before = self._config.rate_hz, self._newest or scene
+        first = 0 if self._newest is None else math.floor((before.time + CLOCK_SLACK) * rate) + 1
+        for number in range(first, math.floor((scene.time + CLOCK_SLACK) * rate) + 1):
+            passed, step = number / rate - before.time, scene.time - before.time
+            now = passed >= step - CLOCK_SLACK
+            self._exposed[number] = scene if now else between(before, scene, passed / step)
+        self._newest = scene
 
-        robots = range(scene.robots)
-        looks: list[list[Picture]] = list((self._pool.map if self._pool else map)(look, robots))
-        self._tracked_until = time
-        if self._keep:
-            self.pictures = tuple(picture for pictures in looks for picture in pictures)
+    def _catch_up(self, robot: int, eyes: _Eyes, scene: Scene) -> Estimates:
+        """Take in a robot's pictures that have arrived by now, in the order in which they were taken."""
+        eyes.pictures = []
+        while (taken := self._exposed.get(eyes.exposures)) is not None:
+            keys = self._keys(robot, eyes.exposures)
+            # What is late holds up what was taken after it.
+            due = eyes.exposures / self._config.rate_hz + self._config.latency
+            if due + self._imperfections.delay(keys[0]) > scene.time + CLOCK_SLACK:
+                break
+            lenses = [lens for lens, key in enumerate(keys) if not self._imperfections.is_lost(key)]
+            seen = self._look(robot, eyes, taken, lenses, keys) if lenses else None
+            eyes.tracker.step(seen, *self._travelled(robot, eyes, taken))
+            eyes.scene = taken
+            eyes.exposures += 1
+        tracker = copy.copy(eyes.tracker)  # its own state must stay at the exposure
+        return tracker.step(None, *self._travelled(robot, eyes, scene))
 
-    def _look(self, robot: int, scene: Scene, robot_from_lens: FloatArray) -> tuple[list[Picture], Estimates]:
-        """Return a robot's pictures, if they are kept, and the neighbours read from them."""
+    def _keys(self, robot: int, exposure: int) -> list[int]:
+        return [
+            hashed(self._seed, Subsystem.SENSOR, robot, lens, exposure) for lens in range(len(self.rig.yaws))
+        ]
+
+    def _look(
+        self, robot: int, eyes: _Eyes, scene: Scene, lenses: Sequence[int], keys: Sequence[int]
+    ) -> Estimates:
+        """Return the neighbours read from a robot's pictures by some of its lenses."""
+        robot_from_lens = self.rig.robot_from_lens(scene.time)
         poses = compose(scene.pose[robot], robot_from_lens)
-        pictures, readings = [], []
-        for lens, pose in enumerate(poses):
-            image = self._renderer.render(scene, pose, robot, None if self._keep else self._buffer())
-            if self._config.noise_std > 0.0:
-                key = hashed(self._seed, Subsystem.SENSOR, robot, lens, self._next_exposure)
-                add_noise(image, self._config.noise_std, key)
+        turn_rate = float(scene.velocity[robot, 2])
+        if self.rig.servo is not None:
+            turn_rate += float(self.rig.servo.pan_rate(scene.time))
+        eyes.pictures, readings = [], []
+        for lens in lenses:
+            image = self._renderer.render(scene, poses[lens], robot, None if self._keep else self._buffer())
+            self._imperfections.spoil(image, keys[lens], turn_rate)
             reading = self._reader.read(image)
             readings.append(reading)
             if self._keep:
-                pictures.append(Picture(robot, lens, pose, image, reading))
-        neighbours = robot_frame(readings, robot_from_lens)
-        return pictures, neighbours.select(neighbours.range <= self._config.reach)
+                eyes.pictures.append(Picture(robot, lens, poses[lens], image, reading))
+        neighbours = robot_frame(readings, robot_from_lens[list(lenses)])
+        return neighbours.select(neighbours.range <= self._config.reach)
 
-    def _now(self, robot: int, time: float) -> Estimates:
-        """Return a robot's tracks carried on from the newest picture to a time (s)."""
-        tracker = copy.copy(self._trackers[robot])  # its own state must stay at the exposure
-        speed, turn_rate, dt = self._travelled(self._tracked_until, time)[robot]
-        return tracker.step(None, speed, turn_rate, dt)
-
-    def _travelled(self, start: float, end: float) -> list[tuple[float, float, float]]:
-        """Return each robot's mean speed (m/s) and turn rate (rad/s) by its encoders, and the time (s)."""
-        dt = max(end - start, 0.0)
-        first, last = self._scene_at(start), self._scene_at(end)
-        if dt == 0.0:
-            return [(0.0, 0.0, 0.0)] * last.robots
-        speed, turn_rate = self._drive.twist((last.wheel_travel - first.wheel_travel) / dt)
-        return [(float(v), float(w), dt) for v, w in zip(speed, turn_rate, strict=True)]
-
-    def _scene_at(self, time: float) -> Scene:
-        """Return the scene at a time (s) between the oldest and the newest that are kept."""
-        after = next((i for i, scene in enumerate(self._scenes) if scene.time >= time), -1)
-        if after <= 0 or math.isclose(self._scenes[after].time, time, abs_tol=CLOCK_SLACK):
-            return self._scenes[after]
-        before, later = self._scenes[after - 1], self._scenes[after]
-        return between(before, later, (time - before.time) / (later.time - before.time))
+    def _travelled(self, robot: int, eyes: _Eyes, scene: Scene) -> tuple[float, float, float]:
+        """Return mean speed (m/s), turn rate (rad/s) by the encoders and time (s) since the last picture."""
+        if eyes.scene is None or scene.time <= eyes.scene.time:
+            return 0.0, 0.0, 0.0
+        dt = scene.time - eyes.scene.time
+        way = scene.wheel_travel[robot] - eyes.scene.wheel_travel[robot]
+        speed, turn_rate = self._drive.twist(way / dt)
+        return float(speed), float(turn_rate), dt
 
     def _buffer(self) -> Image:
         if not hasattr(self._buffers, "image"):
