@@ -13,11 +13,12 @@ import pytest
 from swarmvision.camera import Lens
 from swarmvision.config.arena import ARENAS
 from swarmvision.config.camera import LENSES
+from swarmvision.config.imperfections import IMPERFECTIONS
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
-from swarmvision.rendering.imperfections import add_noise
+from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
 
 LENS, ROBOT = Lens.from_config(LENSES["pi-v1"]), RobotConfig()
@@ -37,11 +38,12 @@ def bench_render(benchmark: Any, raycaster: Raycaster) -> None:
     benchmark(raycaster.render, SCENE, LENS_POSE, 0, out)
 
 
-def bench_noise(benchmark: Any, raycaster: Raycaster) -> None:
-    benchmark(add_noise, raycaster.render(SCENE, LENS_POSE, 0), 2.0, 1)
+def bench_imperfections(benchmark: Any, raycaster: Raycaster) -> None:
+    faults = Imperfections(IMPERFECTIONS["pi-v1"], LENS)
+    benchmark(faults.spoil, raycaster.render(SCENE, LENS_POSE, 0), 1, 0.5)
 
 
-@pytest.mark.parametrize("method", ["edges", "moments"])
+@pytest.mark.parametrize("method", ["edges", "fit", "moments"])
 def bench_read(benchmark: Any, raycaster: Raycaster, method: str) -> None:
     picture = raycaster.render(SCENE, LENS_POSE, 0)
     benchmark(Reader(LENS, Marker.from_config(ROBOT.marker), method).read, picture)

@@ -14,6 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from grain import add_noise
 from numpy.typing import NDArray
 
 from swarmvision.calibration import from_board, from_marker, ranges_from
@@ -35,7 +36,6 @@ from swarmvision.perception.charuco import BoardView, board_of, calibrate_board,
 from swarmvision.perception.leastsquares import solve
 from swarmvision.perception.sighting import Sighting, sight
 from swarmvision.rendering.appearance import Appearance, Light
-from swarmvision.rendering.imperfections import add_noise
 from swarmvision.rendering.mesh import MeshRenderer
 from swarmvision.rendering.raycast import Raycaster
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from grain import add_noise
 
 from swarmvision.camera import Lens
 from swarmvision.config.arena import ARENAS
@@ -22,7 +23,6 @@ from swarmvision.data import Estimates, Scene
 from swarmvision.geometry import FloatArray, compose, inverse, polar, wrap
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
-from swarmvision.rendering.imperfections import add_noise
 from swarmvision.rendering.raycast import Raycaster
 from swarmvision.sensing.truth import TruthSensor
 

@@ -18,7 +18,6 @@ from swarmvision.geometry import FloatArray, compose
 from swarmvision.marker import Marker
 from swarmvision.rendering import columns
 from swarmvision.rendering.appearance import Appearance, Light
-from swarmvision.rendering.imperfections import add_noise
 from swarmvision.rendering.raycast import Raycaster
 
 SMALL = Lens.from_config(LensConfig(width_px=128, height_px=92, focal_px=126.9))
@@ -191,23 +190,3 @@ def test_compiled_and_plain_kernels_agree() -> None:
         plain = getattr(columns.pattern_span, "py_func", columns.pattern_span)(knots.knots, phi)
         np.testing.assert_allclose(columns.pattern_span(knots.knots, phi), plain, rtol=0, atol=1e-15)
         np.testing.assert_allclose(plain, [float(edge) for edge in knots.span(phi)], atol=1e-12)
-
-
-@pytest.mark.parametrize("std", [0.0, 1.0, 3.0, 8.0])
-def test_noise_has_its_spread_and_its_key(std: float) -> None:
-    grey = np.full((200, 300, 3), 128, dtype=np.uint8)
-    one, again, other = grey.copy(), grey.copy(), grey.copy()
-    add_noise(one, std, 7)
-    add_noise(again, std, 7)
-    add_noise(other, std, 8)
-    np.testing.assert_array_equal(one, again)
-    noise = one.astype(int) - 128
-    # Rounding adds 1/12 to the variance.
-    assert noise.std() == pytest.approx(np.sqrt(std**2 + (std > 0) / 12), rel=0.03)
-    assert abs(noise.mean()) < 0.05
-    if std:
-        assert not np.array_equal(one, other)
-        assert abs(np.corrcoef(noise[:-1].ravel(), noise[1:].ravel())[0, 1]) < 0.02
-    bright = np.full((20, 20, 3), 255, dtype=np.uint8)
-    add_noise(bright, std, 1)
-    assert bright.min() > 200  # saturates, never wraps

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from grain import add_noise
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -20,7 +21,6 @@ from swarmvision.errors import ConfigError, PictureError
 from swarmvision.geometry import wrap
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
-from swarmvision.rendering.imperfections import add_noise
 from swarmvision.rendering.raycast import Raycaster
 
 LENS, ROBOT, ARENA = Lens.from_config(LENSES["pi-v1"]), RobotConfig(), ArenaConfig()

@@ -162,7 +162,8 @@ def noise_std(config: ImperfectionsConfig, code: ArrayLike) -> FloatArray:
     above = 255.0 * 1.055 / GAMMA * np.maximum(light, 1e-6) ** (1.0 / GAMMA - 1.0)
     slope = np.where(value <= 255.0 * 0.04045, 255.0 * 12.92, above)
     spread = np.sqrt(light / config.white_electrons + (config.read_noise / config.white_electrons) ** 2)
-    return np.minimum(slope * spread, NOISIEST)
+    std: FloatArray = np.minimum(slope * spread, NOISIEST)
+    return std
 
 
 def discrete_gaussian(std: float) -> FloatArray:
@@ -212,7 +213,10 @@ class _Light:
             x, y = columns - lens.centre_px[0], (rows - lens.centre_px[1])[:, None]
             return (1.0 + (x * x + y * y) / lens.focal_px**2) ** (-2.0 * config.vignetting)
 
-        rows, columns = np.arange(lens.height_px) + 0.5, np.arange(lens.width_px) + 0.5
+        rows, columns = (
+            np.arange(lens.height_px, dtype=np.float64) + 0.5,
+            np.arange(lens.width_px, dtype=np.float64) + 0.5,
+        )
         coarse_rows = np.linspace(rows[0], rows[-1], 33)
         coarse_columns = np.linspace(columns[0], columns[-1], 33)
         left, size, right = np.linalg.svd(fall_off(coarse_rows, coarse_columns) ** (1.0 / GAMMA))

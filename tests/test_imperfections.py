@@ -1,0 +1,178 @@
+"""A camera's faults: each does what its law says, and one key is one picture."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from swarmvision.camera import Lens
+from swarmvision.colour import decode
+from swarmvision.config.camera import LENSES
+from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
+from swarmvision.config.model import validated
+from swarmvision.errors import ConfigError
+from swarmvision.rendering import effects
+from swarmvision.rendering.imperfections import Imperfections, discrete_gaussian
+
+LENS = Lens.from_config(LENSES["pi-v1"])
+SMALL = Lens(48, 32, 60.0, (24.0, 16.0), 0.085)
+NONE = IMPERFECTIONS["none"]
+
+
+def flawed(lens: Lens = LENS, **faults: object) -> Imperfections:
+    return Imperfections(validated(ImperfectionsConfig, {**NONE.model_dump(), **faults}, "test"), lens)
+
+
+def grey(code: int, lens: Lens = LENS) -> NDArray[np.uint8]:
+    return np.full((lens.height_px, lens.width_px, 3), code, dtype=np.uint8)
+
+
+def edge(lens: Lens = LENS, column: int = 300) -> NDArray[np.uint8]:
+    image = grey(40, lens)
+    image[:, column:] = 200
+    return image
+
+
+def test_no_fault_changes_nothing() -> None:
+    image = np.random.default_rng(1).integers(0, 256, (460, 640, 3), dtype=np.uint8)
+    spoilt = image.copy()
+    flawed().spoil(spoilt, 5, turn_rate=2.0)
+    np.testing.assert_array_equal(spoilt, image)
+
+
+def test_one_key_is_one_picture_on_any_thread() -> None:
+    faults = Imperfections(IMPERFECTIONS["pi-v1"], LENS)
+
+    def spoilt(key: int) -> bytes:
+        image = edge()
+        faults.spoil(image, key, 0.7)
+        return image.tobytes()
+
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(spoilt, [1, 2, 3, 1, 2, 3] * 4))
+    assert together == [spoilt(key) for key in [1, 2, 3] * 8]
+    assert len(set(together)) == 3
+
+
+def test_compiled_and_plain_are_the_same_bytes() -> None:
+    plain = getattr(effects.spoil, "py_func", None)
+    if plain is None:
+        pytest.fail("numba is a dependency of this project's tests")
+    faults = Imperfections(IMPERFECTIONS["pi-v1"], SMALL)
+    image = np.random.default_rng(2).integers(0, 256, (32, 48, 3), dtype=np.uint8)
+    compiled, interpreted = image.copy(), image.copy()
+    faults.spoil(compiled, 9, 3.0)
+    kernel, effects.spoil = effects.spoil, plain
+    try:
+        with np.errstate(over="ignore"):
+            faults.spoil(interpreted, 9, 3.0)
+    finally:
+        effects.spoil = kernel
+    np.testing.assert_array_equal(compiled, interpreted)
+
+
+@pytest.mark.parametrize("code", [30, 90, 160, 220])
+def test_noise_follows_its_law(code: int) -> None:
+    faults = flawed(white_electrons=4000.0, read_noise=4.0)
+    image = grey(code)
+    faults.spoil(image, 3)
+    noise = image.astype(float) - code
+    # Rounding adds 1/12 to the variance; the law is met by a line with bends.
+    wanted = float(np.sqrt(faults.noise_std(code) ** 2 + 1.0 / 12.0))
+    assert noise.std() == pytest.approx(wanted, rel=0.06)
+    assert abs(noise.mean()) < 0.05
+    assert abs(np.corrcoef(noise[:-1].ravel(), noise[1:].ravel())[0, 1]) < 0.02
+    assert abs(np.corrcoef(noise[:, :-1, 0].ravel(), noise[:, 1:, 0].ravel())[0, 1]) < 0.02
+
+
+def test_noise_saturates_and_never_wraps() -> None:
+    image = grey(254)
+    flawed(white_electrons=300.0, read_noise=30.0).spoil(image, 3)
+    assert image.min() > 150
+
+
+def test_vignetting_is_the_cosine_to_the_fourth() -> None:
+    image = grey(200)
+    flawed(vignetting=1.0).spoil(image, 0)
+    off = ((320.0 - 0.5) ** 2 + (230.0 - 0.5) ** 2) / 634.6**2
+    wanted = decode(200) / (1.0 + off) ** 2
+    assert decode(image[0, 0, 1]) == pytest.approx(wanted, rel=0.02)
+    assert image[230, 320, 1] == 200
+
+
+def test_exposure_and_white_balance_are_gains_of_light() -> None:
+    image = grey(120)
+    flawed(gain=0.5, white_balance=(1.2, 1.0, 0.8)).spoil(image, 0)
+    np.testing.assert_allclose(
+        decode(image[100, 100]), decode(120) * 0.5 * np.array([1.2, 1.0, 0.8]), rtol=0.03
+    )
+
+
+@pytest.mark.parametrize("turn_rate", [-2.0, 0.5, 2.0])
+def test_a_turn_smears_an_edge_over_its_way(turn_rate: float) -> None:
+    image = edge()
+    flawed(exposure_time=0.01).spoil(image, 0, turn_rate)
+    light = decode(image[200, :, 1])
+    share = (light - light[0]) / (light[-1] - light[0])
+    # A box of length L seen through pixels of length 1: a slope of variance (L^2 + 1) / 12.
+    slope = np.diff(share)
+    places = np.arange(len(slope)) + 1.0
+    centre = (slope * places).sum()
+    length = abs(turn_rate) * 0.01 * 634.6
+    assert centre == pytest.approx(300.0, abs=0.05)
+    variance = (slope * (places - centre) ** 2).sum()
+    assert variance == pytest.approx((length**2 + 1.0) / 12.0, abs=0.1 + 0.02 * length)
+
+
+@pytest.mark.parametrize("turn_rate", [-1.5, 1.5])
+def test_the_rolling_shutter_shears_upright_edges(turn_rate: float) -> None:
+    image = edge()
+    flawed(readout_time=0.025).spoil(image, 0, turn_rate)
+    light = decode(image[..., 1])
+    columns = light.shape[1] - ((light - light[:, :1]) / (light[:, -1:] - light[:, :1])).sum(axis=1)
+    slope = np.polyfit(np.arange(460), columns, 1)[0]
+    # The lens turns left, so what stands still moves right, the later the row the farther.
+    assert slope == pytest.approx(634.6 * turn_rate * 0.025 / 460.0, rel=0.02)
+    assert columns[230] == pytest.approx(300.0, abs=0.2)
+
+
+def test_defocus_is_a_gaussian_that_keeps_the_light() -> None:
+    for std in (0.3, 0.5, 1.3):
+        weights = discrete_gaussian(std)
+        reach = np.arange(len(weights)) - len(weights) // 2
+        assert weights.sum() == pytest.approx(1.0)
+        assert (weights * reach**2).sum() == pytest.approx(std**2, rel=0.02)
+    image = edge()
+    flawed(defocus=1.0).spoil(image, 0)
+    share = (decode(image[200, :, 1]) - decode(40)) / (decode(200) - decode(40))
+    assert share.sum() == pytest.approx(340.0, abs=0.05)
+
+
+def test_mosaic_and_file_keep_an_even_picture() -> None:
+    for faults in ({"bayer": True}, {"jpeg_quality": 95}, {"bits": 6}):
+        image = grey(128)
+        flawed(**faults).spoil(image, 0)
+        assert abs(image.astype(int) - 128).max() <= 3
+
+
+def test_pictures_are_lost_and_late_at_their_shares() -> None:
+    faults = flawed(dropped=0.1, late=0.3, lateness=0.05)
+    keys = np.random.default_rng(4).integers(0, 1 << 63, 20_000)
+    assert np.mean([faults.is_lost(int(key)) for key in keys]) == pytest.approx(0.1, abs=0.01)
+    assert np.mean([faults.delay(int(key)) > 0 for key in keys]) == pytest.approx(0.3, abs=0.015)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 40), (40, 1), (2, 3)])
+def test_tiny_pictures_are_pictures(size: tuple[int, int]) -> None:
+    lens = Lens(size[0], size[1], 50.0, (size[0] / 2, size[1] / 2), 0.085)
+    image = grey(100, lens)
+    Imperfections(IMPERFECTIONS["pi-v1"], lens).spoil(image, 1, 2.0)
+    assert abs(image.astype(int) - 100).max() < 60
+
+
+def test_a_fault_out_of_range_is_named() -> None:
+    with pytest.raises(ConfigError, match="vignetting"):
+        flawed(vignetting=7.0)
