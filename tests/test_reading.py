@@ -27,7 +27,7 @@ LENS, ROBOT, ARENA = Lens.from_config(LENSES["pi-v1"]), RobotConfig(), ArenaConf
 RAYCASTER = Raycaster(LENS, ROBOT, ARENA)
 MARKER = Marker.from_config(ROBOT.marker)
 EYE = np.zeros(3)
-METHODS = pytest.mark.parametrize("method", ["edges", "moments"])
+METHODS = pytest.mark.parametrize("method", ["edges", "fit", "moments"])
 
 
 def picture(*poses: tuple[float, float, float]) -> np.ndarray:
@@ -146,7 +146,8 @@ def test_no_picture_breaks_a_reader(method: str, width: int, height: int, kind: 
         "palette": colours[rng.integers(0, 4, (height, width))],
     }[kind]
     lens = Lens.from_config(LensConfig(width_px=width, height_px=height, focal_px=60.0))
-    estimates = Reader(lens, MARKER, method).read(np.ascontiguousarray(image, dtype=np.uint8))
+    backwards = np.asarray(image, dtype=np.uint8)[:, ::-1]  # not contiguous
+    estimates = Reader(lens, MARKER, method).read(backwards)
     assert np.isfinite(estimates.range).all()
     assert np.isfinite(estimates.bearing).all()
     assert (estimates.range > 0).all()
@@ -168,8 +169,9 @@ def test_perception_needs_numpy_and_opencv_alone() -> None:
         "image = np.full((460, 640, 3), 200, np.uint8)\n"
         "image[190:204, 293:347], image[256:270, 293:347] = (190, 38, 42), (30, 62, 150)\n"
         "image[204:256, 293:347] = 225\n"
-        "print(len(Reader(lens, marker).read(image).seen))\n"
+        "for method in ('edges', 'fit', 'moments'):\n"
+        "    print(len(Reader(lens, marker, method).read(image).seen))\n"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    assert result.stdout.strip() == "1"
+    assert result.stdout.split() == ["1", "1", "1"]

@@ -29,19 +29,19 @@ from swarmvision.marker import Marker, pattern_edges
 LOG_RANGE, BEARING, HEADING, DROP, LEAN, BLUR, SIN, COS, SIN_COS, SIN_SQUARE, RISE, SMEAR = range(12)
 FREE = 12
 GROUND = 3  # basis functions of the background: left, right, growing upwards
-SOFTNESS = math.sqrt(7.0)  # half width of the soft step over its standard deviation
+SOFTNESS = 3.2  # half width of the soft step over its standard deviation
+ERF_SCALE, ROOT_PI = SOFTNESS / math.sqrt(2.0), math.sqrt(math.pi)
 RIM = 0.985  # of the radius: farther out the surface is seen as if here
 
 
 @compiled
 def soft_step(t: float) -> float:
-    """Return the integral of the biweight kernel, 0 below -1 and 1 above 1; nearly Gauss's, but finite."""
+    """Return the integral of a Gaussian of the standard deviation 1 / SOFTNESS, 0 below -1 and 1 above 1."""
     if t <= -1.0:
         return 0.0
     if t >= 1.0:
         return 1.0
-    s = t * t
-    return 0.5 + t * (0.9375 - s * (0.625 - 0.1875 * s))
+    return 0.5 + 0.5 * math.erf(t * ERF_SCALE)
 
 
 @compiled
@@ -49,8 +49,7 @@ def soft_slope(t: float) -> float:
     """Return the derivative of :func:`soft_step`."""
     if t <= -1.0 or t >= 1.0:
         return 0.0
-    s = 1.0 - t * t
-    return 0.9375 * s * s
+    return ERF_SCALE / ROOT_PI * math.exp(-((t * ERF_SCALE) ** 2))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -192,7 +191,7 @@ def model(
     across_var = blur * blur + frame[2] * frame[2] / 12.0
     down_var = blur * blur + frame[3] * frame[3] / 12.0
     soft_u = SOFTNESS * math.sqrt(across_var)
-    soft_u_by_blur = 7.0 * blur / soft_u
+    soft_u_by_blur = SOFTNESS * SOFTNESS * blur / soft_u
     last = np.nan
     sine = cosine = 0.0
     n = 0
@@ -326,7 +325,7 @@ def model(
                 continue
             slope = soft_slope(t) / soft[e] * cover * shade * abs(share_of[e])
             tilt = slope_u[e]
-            wider = -slope * t * 7.0 * blur * (1.0 + min(tilt * tilt, 25.0)) / soft[e]
+            wider = -slope * t * SOFTNESS * SOFTNESS * blur * (1.0 + min(tilt * tilt, 25.0)) / soft[e]
             for channel in range(3):
                 step = colours[channel, below[e]] - colours[channel, above[e]]
                 for j in range(5):
@@ -370,7 +369,7 @@ def model(
                 )
                 out[channel, n, width + BLUR] += contrast * (
                     (by_left * t_left + by_right * t_right) * soft_u_by_blur
-                    + by_top * t_top * 7.0 * blur / soft[crown]
+                    + by_top * t_top * SOFTNESS * SOFTNESS * blur / soft[crown]
                 )
         used[n] = pixel
         n += 1

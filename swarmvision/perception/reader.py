@@ -62,6 +62,7 @@ class Reader:
                 f"this lens takes pictures of {wanted[1]} x {wanted[0]} px in 3 channels, "
                 f"got shape {image.shape}"
             )
+        image = np.ascontiguousarray(image)
         if self._straight is not None:
             image = cv2.remap(image, *self._straight, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
         if self._method == "moments":
