@@ -185,6 +185,25 @@ def calibrate(
 
 
 @app.command()
+def reproduce(out: Out = None, as_json: Json = False) -> None:
+    """Repeat the paper's experiments: its constants, comparisons and Table 1, beside the published ones."""
+    from swarmvision.reproduction import reproduce as repeat
+    from swarmvision.reproduction import table_text
+
+    folder = out or (None if as_json else Path("out") / "reproduce")
+    with _announced():
+        results = repeat(folder, _say)
+    if as_json:
+        import json
+
+        typer.echo(json.dumps(results))
+    else:
+        typer.echo(table_text(results), nl=False)
+    if folder is not None:
+        _say(f"written to {folder}: figures 10 to 12 and three more, table1.md, results.json")
+
+
+@app.command()
 def doctor() -> None:
     """Tell what this machine has and whether each renderer draws."""
     from swarmvision.doctor import examine

@@ -20,6 +20,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("simulation", "recording", "drawing"),
     ("envs", "experiments"),
     ("showcase", "doctor", "calibration"),
+    ("reproduction",),
     ("cli",),
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -91,17 +91,39 @@ def read(image: NDArray[np.uint8], lens: Lens, marker: Marker) -> Estimates:
     return _estimates(np.array(found).reshape(-1, 3))
 
 
-def centroids(image: NDArray[np.uint8], marker: Marker) -> list[FloatArray]:
+def smoothed(image: NDArray[np.uint8], kind: str, size: int) -> NDArray[np.uint8]:
+    """Return a picture after one of the noise filters that the paper compares.
+
+    Args:
+        image: sRGB, shape ``(h, w, 3)``.
+        kind: ``gaussian``, ``median``, ``bilateral`` or ``none``.
+        size: Of the filter's window (px), odd.
+    """
+    image = np.ascontiguousarray(image)
+    if kind == "gaussian":
+        image = np.asarray(cv2.GaussianBlur(image, (size, size), 0), dtype=np.uint8)
+    elif kind == "median":
+        image = np.asarray(cv2.medianBlur(image, size), dtype=np.uint8)
+    elif kind == "bilateral":
+        image = np.asarray(cv2.bilateralFilter(image, size, 75.0, 75.0), dtype=np.uint8)
+    return image
+
+
+def centroids(
+    image: NDArray[np.uint8], marker: Marker, kind: str = "median", size: int = MEDIAN_SIZE
+) -> list[FloatArray]:
     """Return the centroids of every marker's top band, bottom band and pattern.
 
     Args:
         image: sRGB, shape ``(h, w, 3)``.
         marker: What to look for.
+        kind: Of the noise filter, see :func:`smoothed`.
+        size: Of its window (px).
 
     Returns:
         For each marker column and row (px) of the three, shape ``(3, 2)``; nan where there is none.
     """
-    hsv = cv2.cvtColor(cv2.medianBlur(np.ascontiguousarray(image), MEDIAN_SIZE), cv2.COLOR_RGB2HSV)
+    hsv = cv2.cvtColor(smoothed(image, kind, size), cv2.COLOR_RGB2HSV)
     tops, bottoms = _regions(hsv, marker.bands[0].colour), _regions(hsv, marker.bands[-1].colour)
     carrier = marker.patterned
     stripe = np.zeros(hsv.shape[:2], dtype=np.uint8)

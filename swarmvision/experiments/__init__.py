@@ -1,0 +1,1 @@
+"""Experiments: whole questions, each answered by one function."""
