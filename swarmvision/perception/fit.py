@@ -39,17 +39,17 @@ from swarmvision.perception.model import (
 )
 from swarmvision.perception.segment import Balance
 
-FINE = 40.0  # px between the inner edges: a nearer marker is averaged down to about this
+FINE = 36.0  # px between the inner edges: a nearer marker is averaged down to about this
 STEPS = 8  # most Gauss-Newton steps
-DONE = np.array([2e-5, 3e-6, 3e-4])  # of log range, bearing, heading: a smaller step ends the fit
-SETTLED = 0.97  # of the loss before: less is still a gain
+DONE = np.array([1e-4, 2e-5, 2e-3])  # of log range, bearing, heading: a smaller step ends the fit
+SETTLED = 0.9  # of the loss before: less is still a gain
 LIMITS = np.array([0.08, 0.02, 0.6, 6.0, 0.05, 0.4, 0.15, 0.15, 0.15, 0.15, 0.3, 3.0])  # of one step
 USUAL = np.array([0, 0, 0, 0, 0, 0.8, 0, 0, 0, 0, 0, 0], dtype=np.float64)
 LOOSE = np.array([9.0, 9.0, 99.0, 99.0, 0.04, 0.5, 0.3, 0.02, 0.1, 0.1, 0.3, 20.0])
 """Mean and standard deviation of what is known before: blur and smear (px), lean, evenness of the light."""
 LEAST_PIXELS = 30  # for 12 parameters and the colours
 PARTS, NARROW = 3, 16.0  # in a marker narrower than so many px a column is worked out in so many parts
-THIN = 3  # of the pixels that no edge is near, one in so many is used
+THIN = 6  # of the pixels that no edge is near, one in so many is used
 SMEARED = 4.5  # px: a motion blur shorter than this is left to the even blur
 BLURRED_WHOLE = 0.75  # visible fraction from which a smeared marker is taken as whole
 LONGEST_SMEAR = 40.0  # px
