@@ -1,5 +1,6 @@
 """Estimates in, commands out: one law a module, pure."""
 
-from swarmvision.controllers.registry import Controller, controller
+from swarmvision.controllers.law import Controller, Law, Memory, Sense, reflex
+from swarmvision.controllers.registry import LAWS, controller
 
-__all__ = ["Controller", "controller"]
+__all__ = ["LAWS", "Controller", "Law", "Memory", "Sense", "controller", "reflex"]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import CohesionConfig
+from swarmvision.controllers.law import reflex
 from swarmvision.controllers.motion import turn_and_go, with_alone
 from swarmvision.data import Commands, Estimates
 
@@ -36,3 +37,6 @@ def gather(estimates: Estimates, config: CohesionConfig) -> Commands:
     commands = turn_and_go(wanted.real, wanted.imag, config.speed, config.turn_gain)
     commands = Commands(commands.speed * eager, commands.turn_rate * eager)
     return with_alone(commands, np.any(estimates.seen, axis=-1), config.alone, config.speed)
+
+
+LAW = reflex(gather, CohesionConfig, {"range", "bearing"})

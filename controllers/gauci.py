@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import GauciConfig
+from swarmvision.controllers.law import reflex
 from swarmvision.data import Commands, Estimates
 
 NOBODY = (-0.7, -1.0)  # left, right
@@ -33,3 +34,6 @@ def aggregate(estimates: Estimates, config: GauciConfig) -> Commands:
     left = config.speed * np.where(ahead, SOMEBODY[0], NOBODY[0])
     right = config.speed * np.where(ahead, SOMEBODY[1], NOBODY[1])
     return Commands((left + right) / 2.0, (right - left) / config.track)
+
+
+LAW = reflex(aggregate, GauciConfig, {"bearing"})

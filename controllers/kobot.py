@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import KobotConfig
+from swarmvision.controllers.law import reflex
 from swarmvision.controllers.motion import turn_and_go, with_alone
 from swarmvision.data import Commands, Estimates
 from swarmvision.geometry import FloatArray
@@ -55,3 +56,6 @@ def proximal_force(distance: FloatArray, config: KobotConfig) -> FloatArray:
         off > 0.0, config.reach - config.desired_range, config.desired_range - config.contact_range
     )
     return np.clip(np.sign(off) * (off / span) ** 2, -1.0, 1.0)
+
+
+LAW = reflex(flock, KobotConfig, {"range", "bearing", "heading"})

@@ -1,27 +1,41 @@
-"""Which law a configuration names."""
+"""Which law a configuration names, and what lies under it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-from typing import assert_never
+from collections.abc import Sequence
 
-from swarmvision.config.controller import CohesionConfig, ControllerConfig, GauciConfig, KobotConfig
-from swarmvision.controllers.cohesion import gather
-from swarmvision.controllers.gauci import aggregate
-from swarmvision.controllers.kobot import flock
-from swarmvision.data import Commands, Estimates
+from swarmvision.config.controller import AvoidanceConfig, ControllerConfig, CustomConfig, LayerConfig
+from swarmvision.controllers.avoidance import LAYER as AVOIDANCE
+from swarmvision.controllers.cohesion import LAW as COHESION
+from swarmvision.controllers.custom import custom_law
+from swarmvision.controllers.gauci import LAW as GAUCI
+from swarmvision.controllers.kobot import LAW as KOBOT
+from swarmvision.controllers.law import Controller, Keys, Law, Memory
+from swarmvision.data import Commands, Senses
 
-Controller = Callable[[Estimates], Commands]
+LAWS: dict[str, Law] = {law.config.model_fields["law"].default: law for law in (COHESION, GAUCI, KOBOT)}
+"""Our own laws by name."""
+
+LAYERS = {AvoidanceConfig: AVOIDANCE}
 
 
-def controller(config: ControllerConfig) -> Controller:
-    """Return the law that a configuration names, with its gains."""
-    match config:
-        case KobotConfig():
-            return partial(flock, config=config)
-        case GauciConfig():
-            return partial(aggregate, config=config)
-        case CohesionConfig():
-            return partial(gather, config=config)
-    assert_never(config)
+def controller(config: ControllerConfig, layers: Sequence[LayerConfig] = ()) -> Controller:
+    """Return the law that a configuration names, with its gains, over the given layers, the lowest last.
+
+    Raises:
+        ConfigError: If a custom law cannot be had.
+    """
+    law = custom_law(config) if isinstance(config, CustomConfig) else LAWS[config.law]
+    under = [(LAYERS[type(layer)], layer) for layer in layers]
+
+    def begin(keys: Keys) -> Memory:
+        return law.begin(config, keys)
+
+    def step(senses: Senses, memory: Memory) -> tuple[Commands, Memory]:
+        commands, memory = law.step(senses, memory, config)
+        for layer, settings in under:
+            commands = layer.correct(commands, senses, settings)
+        return commands, memory
+
+    inputs = frozenset(law.inputs).union(*(layer.inputs for layer, _ in under))
+    return Controller(inputs, begin, step)

@@ -83,6 +83,10 @@ def demo(
 def run(
     scenario_file: Annotated[str, typer.Argument(metavar="SCENARIO", help="TOML file, or a packaged name.")],
     seed: Seed = 0,
+    law: Annotated[
+        str | None,
+        typer.Option("--controller", help="A law's name, or your own as my.module:law.", show_default=False),
+    ] = None,
     changes: Set = None,
     out: Out = None,
     as_json: Json = False,
@@ -94,7 +98,7 @@ def run(
     where: Any = Path(scenario_file)
     if not where.exists() and scenario_file in packaged_scenarios():
         load, where = packaged_scenario, scenario_file
-    scenario = load(where, changes or [])
+    scenario = load(where, [*([_controller_override(law)] if law else []), *(changes or [])])
     from swarmvision.showcase import record
 
     folder = out or Path("out") / scenario.name
@@ -225,6 +229,23 @@ def schema() -> None:
     from swarmvision.config.scenario import ScenarioConfig
 
     typer.echo(json.dumps(ScenarioConfig.model_json_schema(), indent=2))
+
+
+def _controller_override(name: str) -> str:
+    """Return the override that chooses a law: ours by its name, else one by module or entry point."""
+    from swarmvision.controllers import LAWS
+
+    if name in LAWS:
+        return f'controller={{law="{name}"}}'
+    if ":" not in name:
+        from swarmvision.controllers.custom import registered_laws
+
+        if name not in (registered := registered_laws()):
+            raise ConfigError(
+                f"{unknown_name('controller', name, [*LAWS, *registered])}; or package.module:law"
+            )
+    sys.path.insert(0, "")  # as for a script: a module in the current folder is found
+    return f'controller={{law="custom", target="{name}"}}'
 
 
 def _say(text: str) -> None:

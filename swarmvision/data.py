@@ -1,4 +1,4 @@
-"""The nouns of the loop: :class:`Scene`, :class:`Picture`, :class:`Estimates`, :class:`Commands`.
+"""The nouns of the loop: scene, picture, estimates, senses, commands.
 
 Each is a frozen struct of arrays, checked once at birth and never again downstream. Letters of the
 shapes: ``r`` robots, ``k`` neighbour slots, ``m`` objects; ``...`` stands for any leading axes,
@@ -19,6 +19,9 @@ from swarmvision.geometry import FloatArray, cartesian
 
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+
+SECTOR_BEARINGS = np.array([0, 45, 90, 135, 180, -135, -90, -45]) * np.pi / 180.0
+"""Where the eight sectors of a proximity ring look (rad), as Kobot's do."""
 
 Frame = Literal["lens", "robot"]
 """From where an estimate is measured: a lens centre, or a robot's vertical centre line."""
@@ -115,11 +118,15 @@ class Estimates:
     """Fraction of the marker's width that was in view and not hidden, 0..1, shape ``(..., k)``."""
     frame: Frame = "robot"
     """Where range and bearing start and what heading is relative to."""
+    kind: IntArray | None = None
+    """Team that the neighbour belongs to; -1 where the sensor cannot tell, as when left out, ``(..., k)``."""
 
     def __post_init__(self) -> None:
         shape = np.shape(self.seen)
         if not shape:
             raise DataError("Estimates.seen must have at least one axis, the slots; got a scalar")
+        if self.kind is None:
+            object.__setattr__(self, "kind", np.full(shape, -1))
         _adopt(
             self,
             {
@@ -131,6 +138,7 @@ class Estimates:
                 "age": (shape, np.float64),
                 "track": (shape, np.int64),
                 "visible": (shape, np.float64),
+                "kind": (shape, np.int64),
             },
         )
 
@@ -162,21 +170,103 @@ class Estimates:
     @classmethod
     def stack(cls, rows: list[Self]) -> Self:
         """Return one ``(r, k)`` from ``r`` rows ``(k_i,)``; k is the longest row's, short ones are padded."""
-        frames = {row.frame for row in rows}
+        return cls.join([row.select(None) for row in rows]) if rows else cls.empty((0, 0))
+
+    @classmethod
+    def join(cls, parts: list[Self]) -> Self:
+        """Return one ``(r, k)`` from parts ``(r_i, k_i)``; k is the widest part's, the others are padded."""
+        frames = {part.frame for part in parts}
         if len(frames) > 1:
-            raise DataError("Estimates.stack needs rows of one frame, got lens and robot")
-        width = max((row.seen.shape[-1] for row in rows), default=0)
-        stacked = cls.empty((len(rows), width), frame=rows[0].frame if rows else "robot")
-        arrays = {f.name: getattr(stacked, f.name).copy() for f in fields(cls) if f.name != "frame"}
-        for i, row in enumerate(rows):
+            raise DataError("Estimates.join needs parts of one frame, got lens and robot")
+        width = max(part.seen.shape[-1] for part in parts)
+        joined = cls.empty((sum(len(part.seen) for part in parts), width), frame=parts[0].frame)
+        arrays = {f.name: getattr(joined, f.name).copy() for f in fields(cls) if f.name != "frame"}
+        first = 0
+        for part in parts:
+            rows, k = part.seen.shape
             for name, array in arrays.items():
-                array[i, : row.seen.shape[-1]] = getattr(row, name)
-        return cls(**arrays, frame=stacked.frame)
+                array[first : first + rows, :k] = getattr(part, name)
+            first += rows
+        return cls(**arrays, frame=joined.frame)
 
     def select(self, index: Any) -> Self:
         """Return the estimates at ``index``, applied alike to the axes of ``seen``."""
         arrays = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != "frame"}
         return type(self)(**arrays, frame=self.frame)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Senses:
+    """All that robots know when they decide: their neighbours, and what their own bodies tell.
+
+    A sense that a robot does not have holds its neutral value; an axis may then be of length 0.
+    """
+
+    neighbours: Estimates
+    """Robot frame, shape ``(..., k)``."""
+    dt: float
+    """Time since the last decision (s)."""
+    speed: FloatArray
+    """Own forward speed by the encoders (m/s), shape ``(...)``."""
+    turn_rate: FloatArray
+    """Own turn rate by the encoders (rad/s), shape ``(...)``."""
+    proximity: FloatArray
+    """Range from the robot's centre to the nearest thing in each of the sectors at ``SECTOR_BEARINGS`` (m);
+    inf where there is none or no ring, shape ``(..., 8)``."""
+    proximity_robot: BoolArray
+    """Whether that thing is a robot, shape ``(..., 8)``."""
+    goal: FloatArray
+    """Place of the goal in the robot frame (m); nan for a robot that is not informed, ``(..., 2)``."""
+    cue: FloatArray
+    """What the ground sensor reads, 0..1, shape ``(...)``."""
+    silhouette: BoolArray
+    """Whether a robot is seen in each of ``p`` equal sectors of the horizon, the first beginning straight
+    behind and counted to the left, shape ``(..., p)``."""
+
+    def __post_init__(self) -> None:
+        shape = self.neighbours.seen.shape[:-1]
+        directions = np.shape(self.silhouette)[-1]
+        sectors = len(SECTOR_BEARINGS)
+        _adopt(
+            self,
+            {
+                "speed": (shape, np.float64),
+                "turn_rate": (shape, np.float64),
+                "proximity": ((*shape, sectors), np.float64),
+                "proximity_robot": ((*shape, sectors), np.bool_),
+                "goal": ((*shape, 2), np.float64),
+                "cue": (shape, np.float64),
+                "silhouette": ((*shape, directions), np.bool_),
+            },
+        )
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the robots."""
+        return self.neighbours.seen.shape[:-1]
+
+    @classmethod
+    def of(cls, neighbours: Estimates, dt: float = 0.1, **senses: Any) -> Self:
+        """Return the senses of robots that know their neighbours and, beside, only what is given."""
+        shape = neighbours.seen.shape[:-1]
+        sectors = (*shape, len(SECTOR_BEARINGS))
+        neutral: dict[str, Any] = {
+            "speed": np.zeros(shape),
+            "turn_rate": np.zeros(shape),
+            "proximity": np.full(sectors, np.inf),
+            "proximity_robot": np.zeros(sectors, dtype=bool),
+            "goal": np.full((*shape, 2), np.nan),
+            "cue": np.zeros(shape),
+            "silhouette": np.zeros((*shape, 0), dtype=bool),
+        }
+        return cls(neighbours=neighbours, dt=dt, **{**neutral, **senses})
+
+    def select(self, index: Any) -> Self:
+        """Return the senses of some of the robots; ``index`` is applied to the robots' axes."""
+        arrays = {
+            f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in ("neighbours", "dt")
+        }
+        return type(self)(neighbours=self.neighbours.select(index), dt=self.dt, **arrays)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

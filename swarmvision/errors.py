@@ -5,6 +5,7 @@
     SwarmVisionError
     ├── ConfigError     (ValueError)        a setting is wrong: names file, field, rule and value
     ├── DataError       (ValueError)        an array that travels through the loop is wrong
+    ├── ControllerError (RuntimeError)      a law that is not ours failed: names the line
     ├── PhysicsError    (ArithmeticError)   the world left the finite numbers
     ├── PictureError    (ValueError)        a picture that cannot be read
     ├── CalibrationError (ValueError)       pictures that do not determine the camera
@@ -31,6 +32,10 @@ class ConfigError(SwarmVisionError, ValueError):
 
 class DataError(SwarmVisionError, ValueError):
     """An array has the wrong shape, type or interval."""
+
+
+class ControllerError(SwarmVisionError, RuntimeError):
+    """A law from somebody's own module raised, or returned what is no command."""
 
 
 class PhysicsError(SwarmVisionError, ArithmeticError):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class Subsystem(IntEnum):
@@ -30,3 +31,25 @@ def hashed(seed: int, subsystem: Subsystem, *key: int) -> int:
     """Return one number in 0..2**63 - 1 for a key, for kernels that hash instead of drawing."""
     sequence = np.random.SeedSequence(entropy=seed, spawn_key=(int(subsystem), *key))
     return int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1))
+
+
+def draw(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return one number in [0, 1) for each key and count, evenly distributed, shape ``(...)``.
+
+    The same key and count give the same number in any company, so a swarm draws as its robots would alone.
+    SplitMix64: G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014, doi:10.1145/2660193.2660195.
+    """
+    mixed = np.asarray(keys, dtype=np.uint64)
+    with np.errstate(over="ignore"):  # it is meant to wrap
+        for part in (*count, 1):
+            mixed = _mix(mixed + np.asarray(part).astype(np.uint64) * _GOLDEN)
+    return np.asarray((mixed >> np.uint64(11)).astype(np.float64) * 2.0**-53)
+
+
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+
+
+def _mix(value: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    value = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    value = (value ^ (value >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.asarray(value ^ (value >> np.uint64(31)), dtype=np.uint64)

@@ -15,16 +15,18 @@ from typing import Any
 import numpy as np
 
 from swarmvision.config.scenario import ScenarioConfig
-from swarmvision.config.sensor import TruthSensorConfig
-from swarmvision.controllers import controller
-from swarmvision.data import Commands, Estimates, Picture, Scene
+from swarmvision.config.sensor import SensorConfig, TruthSensorConfig
+from swarmvision.controllers import Controller, Memory, controller
+from swarmvision.data import Commands, Estimates, Picture, Scene, Senses
 from swarmvision.geometry import FloatArray
 from swarmvision.metrics import PerceptionErrors, largest_cluster, order, perception_errors, perception_table
-from swarmvision.randomness import Subsystem, stream
+from swarmvision.placement import starting_scene
+from swarmvision.randomness import Subsystem, hashed, stream
 from swarmvision.sensing import Sensor
+from swarmvision.sensing.body import Body
 from swarmvision.sensing.camera import CameraSensor
 from swarmvision.sensing.truth import TruthSensor
-from swarmvision.world import World, starting_scene
+from swarmvision.world import World
 
 FLOCK_LINK = 0.5  # m; two robots nearer than this belong to one flock
 AGGREGATE_LINK = 1.5  # body diagonals; two robots nearer than this touch or nearly so
@@ -94,8 +96,16 @@ class Simulation:
         self.seed = seed
         self.scene = starting_scene(scenario, stream(seed, Subsystem.START))
         self._world = World(scenario.arena, scenario.robot, self.scene)
-        self._control = controller(scenario.controller)
-        self._sensor = _sensor(scenario, seed, keep_pictures, workers)
+        self._body = Body(scenario)
+        self._teams = _teams(scenario, seed)
+
+        def sensor(config: SensorConfig) -> Sensor:
+            return _sensor(config, scenario, seed, keep_pictures=keep_pictures, workers=workers)
+
+        self._sensor = sensor(scenario.sensor)
+        self._own_sensors = [
+            sensor(team.sensor) if team.sensor is not None else self._sensor for team in scenario.teams
+        ]
         self._step = 0
 
     @property
@@ -110,7 +120,26 @@ class Simulation:
 
     def sense(self) -> Estimates:
         """Return what each robot believes about its neighbours now, robot frame, shape ``(r, k)``."""
-        return self._sensor.sense(self.scene)
+        seen = self._sensor.sense(self.scene)
+        if all(sensor is self._sensor for sensor in self._own_sensors):
+            return seen
+        parts = [seen.select(self._teams[0].rows)]
+        for team, sensor in zip(self._teams[1:], self._own_sensors, strict=True):
+            theirs = seen if sensor is self._sensor else sensor.sense(self.scene)
+            parts.append(theirs.select(team.rows))
+        return Estimates.join(parts)
+
+    def feel(self, estimates: Estimates) -> Senses:
+        """Return all that the robots know now, given what they see of each other, ``(r, k)``."""
+        return self._body.feel(self.scene, estimates)
+
+    def decide(self, senses: Senses) -> Commands:
+        """Return what the robots' laws command, shape ``(r,)``; the laws' memories go on."""
+        speed, turn_rate = np.zeros(senses.shape), np.zeros(senses.shape)
+        for team in self._teams:
+            commands, team.memory = team.controller.step(senses.select(team.rows), team.memory)
+            speed[team.rows], turn_rate[team.rows] = commands.speed, commands.turn_rate
+        return Commands(speed, turn_rate)
 
     def act(self, commands: Commands) -> Scene:
         """Drive the robots through one control period and return the scene after it.
@@ -127,7 +156,7 @@ class Simulation:
         """Sense, control and act once."""
         scene, step = self.scene, self._step
         estimates = self.sense()
-        commands = self._control(estimates)
+        commands = self.decide(self.feel(estimates))
         frame = Frame(step, scene, estimates, commands, self.pictures)
         self.act(commands)
         return frame
@@ -187,8 +216,37 @@ def cluster_link(scenario: ScenarioConfig) -> float:
     return AGGREGATE_LINK * float(np.hypot(scenario.robot.length, scenario.robot.width))
 
 
-def _sensor(scenario: ScenarioConfig, seed: int, keep_pictures: bool, workers: int | None) -> Sensor:
-    config = scenario.sensor
+@dataclass(slots=True)
+class _Team:
+    """Robots of one law, with what the law remembers."""
+
+    rows: slice
+    controller: Controller
+    memory: Memory
+
+
+def _teams(scenario: ScenarioConfig, seed: int) -> list[_Team]:
+    keys = np.array(
+        [hashed(seed, Subsystem.CONTROLLER, robot) for robot in range(scenario.robots)], dtype=np.uint64
+    )
+    laws = [(scenario.controller, scenario.layers), *((t.controller, t.layers) for t in scenario.teams)]
+    teams, first = [], 0
+    for count, (law, layers) in zip(scenario.team_sizes, laws, strict=True):
+        rows = slice(first, first + count)
+        control = controller(law, layers)
+        teams.append(_Team(rows, control, control.begin(keys[rows])))
+        first += count
+    return teams
+
+
+def _sensor(
+    config: SensorConfig,
+    scenario: ScenarioConfig,
+    seed: int,
+    *,
+    keep_pictures: bool,
+    workers: int | None,
+) -> Sensor:
     if isinstance(config, TruthSensorConfig):
         return TruthSensor(config, scenario.robot, scenario.arena)
     return CameraSensor(

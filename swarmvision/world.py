@@ -19,10 +19,9 @@ import pymunk
 
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
-from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.data import Commands, Scene
 from swarmvision.drive import Drive
-from swarmvision.errors import ConfigError, PhysicsError
+from swarmvision.errors import PhysicsError
 from swarmvision.geometry import FloatArray, wrap
 
 GRAVITY = 9.81  # m/s^2
@@ -247,87 +246,3 @@ def _refuse_nonfinite(field: str, values: FloatArray) -> None:
         value = rows[robot]
         shown = ", ".join(str(number) for number in value)
         raise PhysicsError(f"{field} of robot {robot} must be finite, got {shown}")
-
-
-TRIES_PER_ROBOT = 200
-
-
-def starting_scene(scenario: ScenarioConfig, rng: np.random.Generator) -> Scene:
-    """Return robots at random places that do not touch, and the objects where the arena has them.
-
-    Random places are tried first; where they run out, the sites of a hexagonal lattice are dealt.
-
-    Raises:
-        ConfigError: If the robots do not fit.
-    """
-    arena, robot = scenario.arena, scenario.robot
-    diagonal = math.hypot(robot.length, robot.width)
-    spacing = max(scenario.start.spacing, diagonal)
-    free = _FreeGround(arena, scenario.start.radius, diagonal / 2.0)
-    places = _scattered(free, scenario.robots, spacing, rng)
-    if places is None:
-        sites = free.lattice(spacing)
-        if len(sites) < scenario.robots:
-            ground = f"{arena.width:g} x {arena.depth:g} m arena"
-            if scenario.start.radius is not None:
-                ground = f"starting circle of {scenario.start.radius:g} m radius in the {ground}"
-            raise ConfigError(
-                f"scenario {scenario.name!r}: {scenario.robots} robots do not fit the {ground}; "
-                f"about {len(sites)} do, {spacing:.3g} m apart"
-            )
-        places = rng.permutation(sites)[: scenario.robots]
-    spread = math.radians(scenario.start.heading_spread_deg)
-    yaw = rng.uniform(-spread, spread, scenario.robots)
-    objects = [(thing.x, thing.y, math.radians(thing.yaw_deg)) for thing in arena.objects]
-    return Scene.at_rest(np.column_stack([places, wrap(yaw)]), objects)
-
-
-class _FreeGround:
-    """Where a robot's axis may be: inside the walls and the starting circle, clear of objects."""
-
-    def __init__(self, arena: ArenaConfig, radius: float | None, margin: float) -> None:
-        self._arena = arena
-        self._margin = margin
-        self._circle = radius
-        self.x = max(arena.width / 2.0 - margin, 0.0)
-        self.y = max(arena.depth / 2.0 - margin, 0.0)
-        if radius is not None:
-            self.x, self.y = min(self.x, radius), min(self.y, radius)
-
-    def has(self, x: float, y: float) -> bool:
-        if abs(x) > self._arena.width / 2.0 - self._margin or abs(y) > self._arena.depth / 2.0 - self._margin:
-            return False
-        if self._circle is not None and math.hypot(x, y) > self._circle:
-            return False
-        return all(
-            math.hypot(x - thing.x, y - thing.y) > _reach_of(thing) + self._margin
-            for thing in self._arena.objects
-        )
-
-    def lattice(self, spacing: float) -> FloatArray:
-        """Return the sites of a hexagonal lattice that are free, shape ``(sites, 2)``."""
-        row_height = spacing * math.sqrt(3.0) / 2.0
-        rows, columns = int(self.y / row_height) + 1, int(self.x / spacing) + 1
-        sites = [
-            ((column + (row % 2) / 2.0) * spacing, row * row_height)
-            for row in range(-rows, rows + 1)
-            for column in range(-columns - 1, columns + 1)
-        ]
-        return np.array([site for site in sites if self.has(*site)], dtype=np.float64).reshape(-1, 2)
-
-
-def _reach_of(thing: BoxConfig | DiscConfig) -> float:
-    if isinstance(thing, DiscConfig):
-        return thing.radius
-    return math.hypot(thing.length, thing.width) / 2.0
-
-
-def _scattered(free: _FreeGround, robots: int, spacing: float, rng: np.random.Generator) -> FloatArray | None:
-    places = np.empty((0, 2))
-    for _ in range(TRIES_PER_ROBOT * robots):
-        if len(places) == robots:
-            break
-        x, y = rng.uniform((-free.x, -free.y), (free.x, free.y))
-        if free.has(x, y) and (np.hypot(*(places - (x, y)).T) >= spacing).all():
-            places = np.vstack([places, (x, y)])
-    return places if len(places) == robots else None

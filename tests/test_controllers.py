@@ -49,7 +49,7 @@ def test_a_mirrored_world_gives_a_mirrored_command(
 ) -> None:
     if not rows and config.alone == "scan":
         return  # a lone robot scans to the left, by declaration
-    law = controller(config)
+    law = controller(config).act
     here, there = law(seen(*rows)), law(seen(*[(r, -b, -h) for r, b, h in rows]))
     np.testing.assert_allclose(there.speed, here.speed, atol=1e-9)
     turned = np.abs(np.abs(here.turn_rate) - config.turn_gain * np.pi) < 1e-6  # straight back: either way
@@ -61,7 +61,7 @@ def test_a_mirrored_world_gives_a_mirrored_command(
 def test_commands_are_finite_and_order_and_padding_do_not_matter(
     config: Any, rows: list[tuple[float, float, float]]
 ) -> None:
-    law = controller(config)
+    law = controller(config).act
     here = law(seen(*rows))
     assert np.isfinite([here.speed, here.turn_rate]).all()
     np.testing.assert_allclose(law(seen(*rows[::-1])).speed, here.speed, atol=1e-9)
@@ -70,7 +70,7 @@ def test_commands_are_finite_and_order_and_padding_do_not_matter(
 
 @LAWS
 def test_a_batch_is_its_members(config: Any) -> None:
-    law = controller(config)
+    law = controller(config).act
     rows = [seen((0.3, 0.2, 1.0), (0.5, -1.0, np.nan)), seen((0.2, 0.0, -2.0)), Estimates.empty((0,))]
     batch = law(Estimates.stack(rows))
     for i, row in enumerate(rows):
@@ -81,18 +81,18 @@ def test_a_batch_is_its_members(config: Any) -> None:
 
 def test_a_lone_robot_does_what_was_declared() -> None:
     nobody = Estimates.empty((4,))
-    keep = controller(KobotConfig(alone="keep"))(nobody)
+    keep = controller(KobotConfig(alone="keep")).act(nobody)
     assert (float(keep.speed), float(keep.turn_rate)) == (0.10, 0.0)
-    scan = controller(KobotConfig(alone="scan"))(nobody)
+    scan = controller(KobotConfig(alone="scan")).act(nobody)
     assert scan.speed == 0.0
     assert scan.turn_rate > 0.0
-    stop = controller(KobotConfig(alone="stop"))(nobody)
+    stop = controller(KobotConfig(alone="stop")).act(nobody)
     assert (float(stop.speed), float(stop.turn_rate)) == (0.0, 0.0)
 
 
 def test_kobot_turns_towards_its_neighbours_heading() -> None:
     # At the desired range nothing pulls; with itself at 0 and one neighbour at 90 deg the mean is 45 deg.
-    command = controller(KobotConfig())(seen((0.25, 0.0, np.pi / 2)))
+    command = controller(KobotConfig()).act(seen((0.25, 0.0, np.pi / 2)))
     assert command.turn_rate == pytest.approx(2.0 * np.pi / 4)
     assert command.speed == pytest.approx(0.10 * np.cos(np.pi / 4))
 
@@ -103,7 +103,7 @@ def test_the_proximal_force_pushes_near_and_pulls_far() -> None:
 
 
 def test_gauci_sends_the_two_pairs_of_wheel_speeds() -> None:
-    law = controller(GauciConfig(speed=0.1, track=0.1))
+    law = controller(GauciConfig(speed=0.1, track=0.1)).act
     ahead, aside = law(seen((1.0, 0.05, 0.0))), law(seen((1.0, 0.2, 0.0)))
     assert (ahead.speed, ahead.turn_rate) == pytest.approx((0.0, -2.0))
     assert (aside.speed, aside.turn_rate) == pytest.approx((-0.085, -0.3))

@@ -15,7 +15,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("colour",),
     ("data", "config"),
     ("marker", "camera", "drive"),
-    ("world", "rendering", "perception", "controllers", "metrics", "pictures"),
+    ("world", "placement", "rendering", "perception", "controllers", "metrics", "pictures"),
     ("sensing",),
     ("simulation", "recording", "drawing"),
     ("envs", "experiments"),

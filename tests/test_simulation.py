@@ -12,7 +12,8 @@ import pytest
 from swarmvision.config.model import validated
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.data import Commands
-from swarmvision.errors import PhysicsError
+from swarmvision.errors import ConfigError, PhysicsError
+from swarmvision.geometry import compose
 from swarmvision.simulation import Frame, Simulation, run
 
 
@@ -74,3 +75,37 @@ def test_a_command_that_is_not_finite_is_refused_by_name() -> None:
     speed = np.array([0.1, np.nan, 0.1, 0.1])
     with pytest.raises(PhysicsError, match=r"speed.*robot 1.*nan"):
         simulation.act(Commands(speed, np.zeros(4)))
+
+
+SHEEP = {"name": "sheep", "count": 3, "controller": {"law": "cohesion", "alone": "stop"}}
+
+
+def test_teams_keep_their_own_laws_senses_and_places() -> None:
+    own = {"sensor": {"kind": "truth", "reach": 0.01}, "start": {"x": 3.0, "y": 1.0, "radius": 0.5}}
+    simulation = Simulation(scenario(robots=5, teams=[{**SHEEP, **own}]), 3)
+    assert (np.hypot(*(simulation.scene.pose[2:, :2] - (3.0, 1.0)).T) <= 0.5).all()
+    assert (np.hypot(*simulation.scene.pose[:2, :2].T) <= 0.5).all()
+    estimates = simulation.sense()
+    assert estimates.count.tolist() == [1, 1, 0, 0, 0]  # the sheep see no farther than their noses
+    commands = simulation.decide(simulation.feel(estimates))
+    assert (commands.speed[2:] == 0.0).all()
+    assert (commands.speed[:2] > 0.0).any()
+
+
+def test_more_robots_in_teams_than_robots_is_refused() -> None:
+    with pytest.raises(ConfigError, match="robots must be at least those of its teams, 3, got 2"):
+        scenario(robots=2, teams=[SHEEP])
+
+
+def test_some_robots_know_the_goal_and_the_ground_tells_its_cue() -> None:
+    changes = {
+        "goal": {"x": 1.0, "y": 2.0, "informed": 0.5},
+        "arena": {"cues": [{"x": 0.0, "y": 0.0, "radius": 2.0}]},
+    }
+    simulation = Simulation(scenario(**changes), 2)
+    senses = simulation.feel(simulation.sense())
+    pose = simulation.scene.pose
+    found = compose(pose[:2], np.column_stack([senses.goal[:2], [0, 0]]))[:, :2]
+    np.testing.assert_allclose(found, [[1.0, 2.0]] * 2, atol=1e-12)
+    assert np.isnan(senses.goal[2:]).all()
+    np.testing.assert_allclose(senses.cue, 1.0 - np.hypot(*pose[:, :2].T) / 2.0)

@@ -10,7 +10,8 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.config.scenario import ScenarioConfig, StartConfig
 from swarmvision.data import Commands, Scene
 from swarmvision.errors import ConfigError, PhysicsError
-from swarmvision.world import World, starting_scene
+from swarmvision.placement import starting_scene
+from swarmvision.world import World
 
 ROBOT = RobotConfig()
 ARENA = ArenaConfig(width=2.0, depth=2.0)

@@ -60,6 +60,22 @@ class DiscConfig(_Thing):
 ObjectConfig = Annotated[BoxConfig | DiscConfig, Field(discriminator="kind")]
 
 
+class CueConfig(Settings):
+    """A spot on the ground that a robot's ground sensor reads: light, warmth."""
+
+    x: Place = 0.0
+    """Centre (m)."""
+
+    y: Place = 0.0
+    """Centre (m)."""
+
+    radius: Length = 0.5
+    """Distance at which it has fallen to 0 (m); it falls evenly from the centre."""
+
+    strength: Annotated[float, Field(ge=0, le=1)] = 1.0
+    """Reading at the centre."""
+
+
 class ArenaConfig(Settings):
     """Walls, floor and objects."""
 
@@ -80,6 +96,9 @@ class ArenaConfig(Settings):
 
     objects: Annotated[tuple[ObjectConfig, ...], Field(max_length=1000)] = ()
     """Boxes and discs."""
+
+    cues: Annotated[tuple[CueConfig, ...], Field(max_length=100)] = ()
+    """Spots on the ground; where they overlap, the strongest counts."""
 
 
 ARENAS: dict[str, ArenaConfig] = {

@@ -8,10 +8,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
-from swarmvision.config.arena import ARENAS, ArenaConfig
-from swarmvision.config.controller import ControllerConfig, KobotConfig
+from swarmvision.config.arena import ARENAS, ArenaConfig, Place
+from swarmvision.config.controller import ControllerConfig, KobotConfig, LayerConfig
 from swarmvision.config.model import Settings, read_toml, validated
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import CameraSensorConfig, SensorConfig
@@ -21,14 +21,58 @@ from swarmvision.errors import ConfigError, unknown_name
 class StartConfig(Settings):
     """Where the robots stand when the run begins: random places that do not touch."""
 
+    x: Place = 0.0
+    """Centre of the starting circle (m)."""
+
+    y: Place = 0.0
+    """Centre of the starting circle (m)."""
+
     radius: Annotated[float, Field(gt=0, le=100)] | None = None
-    """Robots start inside this circle round the arena's centre (m); anywhere where not given."""
+    """Robots start inside a circle of this radius (m); anywhere where not given."""
 
     spacing: Annotated[float, Field(ge=0, le=10)] = 0.16
     """Least distance between two robots' axes (m)."""
 
     heading_spread_deg: Annotated[float, Field(ge=0, le=180)] = 180.0
     """Headings are drawn evenly from plus or minus this about x (deg)."""
+
+
+class GoalConfig(Settings):
+    """A place that robots are to reach; some of them know where it is."""
+
+    x: Place
+    """m"""
+
+    y: Place
+    """m"""
+
+    radius: Annotated[float, Field(gt=0, le=100)] = 0.5
+    """Within this of it, the goal is reached (m)."""
+
+    informed: Annotated[float, Field(ge=0, le=1)] = 1.0
+    """Fraction of the robots, the first ones, that know its direction and range."""
+
+
+class TeamConfig(Settings):
+    """Robots that differ from the others in law or senses."""
+
+    name: str = Field(min_length=1, max_length=40)
+    """What they are called."""
+
+    count: Annotated[int, Field(ge=1, le=10_000)]
+    """How many of the scenario's robots, counted from the last."""
+
+    controller: ControllerConfig
+    """What they do."""
+
+    layers: tuple[LayerConfig, ...] = ()
+    """What lies under their law, the lowest last."""
+
+    sensor: SensorConfig | None = None
+    """How they sense; as the others where not given."""
+
+    start: StartConfig | None = None
+    """Where they begin; as the others where not given."""
 
 
 class ScenarioConfig(Settings):
@@ -69,6 +113,29 @@ class ScenarioConfig(Settings):
 
     controller: ControllerConfig = KobotConfig()
     """What they do."""
+
+    layers: tuple[LayerConfig, ...] = ()
+    """What lies under their law, the lowest last."""
+
+    goal: GoalConfig | None = None
+    """Where they are to go."""
+
+    teams: tuple[TeamConfig, ...] = ()
+    """Robots that are otherwise: the last ones, team after team; all before them are the main team."""
+
+    @property
+    def team_sizes(self) -> tuple[int, ...]:
+        """Robots of the main team and of each further one; they stand in this order."""
+        others = tuple(team.count for team in self.teams)
+        return (self.robots - sum(others), *others)
+
+    @model_validator(mode="after")
+    def _teams_fit(self) -> ScenarioConfig:
+        if self.team_sizes[0] < 0:
+            raise ValueError(
+                f"robots must be at least those of its teams, {sum(self.team_sizes[1:])}, got {self.robots}"
+            )
+        return self
 
     @property
     def steps(self) -> int:
