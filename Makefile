@@ -24,10 +24,13 @@ bench: venv
 venv: $(READY)
 
 # The project in editable form and everything that development needs, pinned and hash-checked.
-$(READY): requirements-dev.txt pyproject.toml | system
+# OpenCV 4 stands beside it in a folder of its own, for the test that holds the two major versions together.
+$(READY): requirements-dev.txt requirements-opencv4.txt pyproject.toml | system
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --require-hashes --upgrade \
+		--target $(VENV)/opencv4 -r requirements-opencv4.txt
 	touch $@
 
 # What pyrender needs from the distribution. The default renderer needs none of it.

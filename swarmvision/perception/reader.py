@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +14,7 @@ from swarmvision.perception.edges import read as read_edges
 from swarmvision.perception.fit import read as read_fit
 from swarmvision.perception.model import Skin
 from swarmvision.perception.moments import read as read_moments
+from swarmvision.perception.straighten import Straightening
 
 METHODS = ("edges", "fit", "moments")
 """Closed form and fast; polished and most accurate; the paper's."""
@@ -42,7 +42,7 @@ class Reader:
         self._method = method
         self._plan = Plan.of(marker)
         self._skin = Skin.of(marker)
-        self._straight = _straightening(lens) if lens.is_distorted else None
+        self._straightening = Straightening(lens) if lens.is_distorted else None
 
     def read(self, image: NDArray[np.uint8]) -> Estimates:
         """Return the neighbours in a picture, nearest first, lens frame, shape ``(k,)``.
@@ -63,17 +63,10 @@ class Reader:
                 f"got shape {image.shape}"
             )
         image = np.ascontiguousarray(image)
-        if self._straight is not None:
-            image = cv2.remap(image, *self._straight, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
+        if self._straightening is not None:
+            image = self._straightening.straight(image)
         if self._method == "moments":
             return read_moments(image, self.lens, self.marker)
         if self._method == "fit":
             return read_fit(image, self.lens, self._plan, self._skin)
         return read_edges(image, self.lens, self._plan)
-
-
-def _straightening(lens: Lens) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return where a distorted picture shows what a pinhole would show in each pixel, for OpenCV's remap."""
-    rows, columns = np.mgrid[: lens.height_px, : lens.width_px] + 0.5
-    bent = lens.distort(np.stack([columns, rows], axis=-1)) - 0.5  # OpenCV counts pixel centres from 0
-    return bent[..., 0].astype(np.float32), bent[..., 1].astype(np.float32)
