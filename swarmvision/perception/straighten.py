@@ -1,7 +1,7 @@
 """The picture that a pinhole would have taken, from one by a lens that bends straight lines.
 
-Bilinear, with whole numbers and 1/256 px. OpenCV 4's ``remap`` rounds to 1/32 px and OpenCV 5's does not, which
-differs by 0.2 % of range a metre away; and what bends by 1/32 px is no sub-pixel edge.
+Bilinear, with whole numbers and 1/256 px. OpenCV 4's ``remap`` rounds to 1/32 px and OpenCV 5's does
+not: at a metre that is 0.2 % of range.
 """
 
 from __future__ import annotations
