@@ -36,7 +36,8 @@ class Straightening:
         above = self._between(pixels, self._first, across)
         below = self._between(pixels, self._first + along, across)
         mixed = above * (PARTS - self._down) + below * self._down + PARTS * PARTS // 2
-        return (mixed // (PARTS * PARTS)).astype(np.uint8).reshape(self._shape)
+        straight: NDArray[np.uint8] = (mixed // (PARTS * PARTS)).astype(np.uint8)
+        return straight.reshape(self._shape)
 
     def _between(
         self, pixels: NDArray[np.uint8], first: NDArray[np.int64], across: int
