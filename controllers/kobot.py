@@ -4,9 +4,10 @@ Source: A. E. Turgut, H. Celikkanat, F. Gokce, E. Sahin, "Self-organized flockin
 swarms", Swarm Intelligence 2, 2008, doi:10.1007/s11721-008-0016-2.
 
 Where we differ: the paper's eight infrared sectors become the ranges of tracked neighbours, so the
-proximal force is a function of range and is averaged over neighbours; the mean heading includes the
-robot's own; neighbours whose heading is not told count for proximal control alone. The gains are
-ours, for robots of a Zumo's size.
+proximal force is a function of range and is averaged over neighbours, those not measured lately counting
+less; of a proximity ring only what is no robot pushes; the mean heading includes the robot's own;
+neighbours whose heading is not told count for proximal control alone. The gains are ours, for robots of a
+Zumo's size.
 """
 
 from __future__ import annotations
@@ -14,35 +15,35 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import KobotConfig
-from swarmvision.controllers.law import reflex
+from swarmvision.controllers.crowd import ComplexArray, Crowd, crowd, push_of_obstacles
+from swarmvision.controllers.law import reflex_of_senses
 from swarmvision.controllers.motion import turn_and_go, with_alone
-from swarmvision.data import Commands, Estimates
+from swarmvision.data import Commands, Senses
 from swarmvision.geometry import FloatArray
 
 
-def flock(estimates: Estimates, config: KobotConfig) -> Commands:
+def flock(senses: Senses, config: KobotConfig) -> Commands:
     """Return the commands of robots from the neighbours that they see.
 
     Args:
-        estimates: Robot frame, shape ``(..., k)``; may be empty.
+        senses: Shape ``(..., k)``; may be empty.
         config: Gains and ranges.
 
     Returns:
         Before the limits of the drive, shape ``(...)``.
     """
-    counted = estimates.seen & (estimates.range <= config.reach)
-    told = counted & np.isfinite(estimates.heading)
-    heading = np.where(told, estimates.heading, 0.0)
-    aligned = 1.0 + np.sum(np.where(told, np.exp(1j * heading), 0.0), axis=-1)  # itself faces ahead
-    aligned = aligned / np.maximum(np.abs(aligned), 1e-9)
-    distance = np.where(counted, estimates.range, config.desired_range)
-    bearing = np.where(counted, estimates.bearing, 0.0)
-    force = np.where(counted, proximal_force(distance, config), 0.0)
-    number = np.maximum(np.count_nonzero(counted, axis=-1), 1)
-    proximal = np.sum(force * np.exp(1j * bearing), axis=-1) / number
-    wanted = aligned + config.proximal_gain * proximal
+    others = crowd(senses.neighbours, config.reach, config.forget)
+    wanted = wanted_direction(senses, others, config)
     commands = turn_and_go(wanted.real, wanted.imag, config.speed, config.turn_gain)
-    return with_alone(commands, np.any(counted, axis=-1), config.alone, config.speed)
+    obstacle = np.any(senses.proximity < config.obstacle_range, axis=-1)
+    return with_alone(commands, others.anybody | obstacle, config.alone, config.speed)
+
+
+def wanted_direction(senses: Senses, others: Crowd, config: KobotConfig) -> ComplexArray:
+    """Return the paper's ``h + beta p``, a complex vector in the robot frame, shape ``(...)``."""
+    proximal = others.mean(proximal_force(others.distance, config) * others.towards)
+    push = push_of_obstacles(senses, config.obstacle_range, config.contact_range)
+    return np.asarray(others.heading() + config.proximal_gain * proximal + config.obstacle_gain * push)
 
 
 def proximal_force(distance: FloatArray, config: KobotConfig) -> FloatArray:
@@ -58,4 +59,4 @@ def proximal_force(distance: FloatArray, config: KobotConfig) -> FloatArray:
     return np.clip(np.sign(off) * (off / span) ** 2, -1.0, 1.0)
 
 
-LAW = reflex(flock, KobotConfig, {"range", "bearing", "heading"})
+LAW = reflex_of_senses(flock, KobotConfig, {"range", "bearing", "heading", "proximity"})

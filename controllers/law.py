@@ -63,6 +63,17 @@ def reflex(function: Callable[[Estimates, Any], Commands], config: type[Settings
     return Law(config, frozenset(inputs), step, _nothing)
 
 
+def reflex_of_senses(
+    function: Callable[[Senses, Any], Commands], config: type[Settings], inputs: set[Sense]
+) -> Law:
+    """Return the law of a pure function ``(senses, config) -> commands``."""
+
+    def step(senses: Senses, memory: Memory, config: Any) -> tuple[Commands, Memory]:
+        return function(senses, config), memory
+
+    return Law(config, frozenset(inputs), step, _nothing)
+
+
 def _nothing(config: Any, keys: Keys) -> Memory:
     return ()
 

@@ -1,7 +1,10 @@
-"""From a wanted direction to a unicycle command: shared by every law. The drive saturates, not we.
+"""From a wanted direction or velocity to a unicycle command, for every law. The drive saturates, not we.
 
-Source: A. E. Turgut, H. Celikkanat, F. Gokce, E. Sahin, "Self-organized flocking in mobile robot
-swarms", Swarm Intelligence 2, 2008, doi:10.1007/s11721-008-0016-2 (heading-dependent motion control).
+Sources: A. E. Turgut, H. Celikkanat, F. Gokce, E. Sahin, "Self-organized flocking in mobile robot
+swarms", Swarm Intelligence 2, 2008, doi:10.1007/s11721-008-0016-2 (heading-dependent motion control);
+E. Ferrante, A. E. Turgut, C. Huepe, A. Stranieri, C. Pinciroli, M. Dorigo, "Self-organized flocking with a
+mobile robot swarm: a novel motion control method", Adaptive Behavior 20(6), 2012,
+doi:10.1177/1059712312462248 (magnitude-dependent motion control).
 """
 
 from __future__ import annotations
@@ -28,6 +31,39 @@ def turn_and_go(forward: FloatArray, left: FloatArray, speed: float, turn_gain: 
     """
     angle = np.arctan2(left, forward)
     return Commands(speed * np.maximum(np.cos(angle), 0.0), turn_gain * angle)
+
+
+def glide(
+    forward: FloatArray,
+    left: FloatArray,
+    speed: float,
+    top_speed: float,
+    gains: tuple[float, float],
+) -> Commands:
+    """Return the command whose forward speed and turn rate follow a vector's two components.
+
+    ``v = speed + gains[0] * forward`` in ``0..top_speed``, ``w = gains[1] * left``: the vector's size counts,
+    and nobody needs to know where anybody faces.
+
+    Args:
+        forward: Of the vector in the robot frame, shape ``(...)``.
+        left: The same.
+        speed: With no vector at all (m/s).
+        top_speed: m/s
+        gains: Of the speed (m/s) and of the turn rate (rad/s) on a vector of length 1.
+    """
+    return Commands(np.clip(speed + gains[0] * forward, 0.0, top_speed), gains[1] * left)
+
+
+def look_ahead(forward: FloatArray, left: FloatArray, length: float, top_speed: float) -> Commands:
+    """Return the command that gives a point ahead of the axle a wanted velocity.
+
+    ``v = forward``, ``w = left / length``: the point at ``length`` (m) ahead can move in any direction at
+    once, so laws for free-moving particles hold for it. The velocity is shortened to ``top_speed`` (m/s).
+    """
+    size = np.hypot(forward, left)
+    scale = top_speed / np.maximum(size, top_speed)
+    return Commands(forward * scale, left * scale / length)
 
 
 def with_alone(commands: Commands, seen_any: BoolArray | np.bool_, policy: Alone, speed: float) -> Commands:

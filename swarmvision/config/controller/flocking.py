@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from swarmvision.config.controller.base import Alone, Gain, Range, Speed
+from swarmvision.config.controller.base import Alone, Gain, Range, Seconds, Speed
 from swarmvision.config.model import Settings
 
 
@@ -33,6 +33,15 @@ class KobotConfig(Settings):
     reach: Range = 0.60
     """Neighbours farther away are ignored (m)."""
 
+    forget: Seconds = 0.0
+    """Time in which the weight of a neighbour that is not measured anew falls to 1/e (s); 0 for never."""
+
+    obstacle_range: Range = 0.25
+    """Range from which what the proximity ring meets, if no robot, pushes (m); more than contact_range."""
+
+    obstacle_gain: Gain = 2.0
+    """Weight of that push against alignment."""
+
     alone: Alone = "keep"
     """With nobody in sight."""
 
@@ -42,6 +51,11 @@ class KobotConfig(Settings):
             raise ValueError(
                 "contact_range < desired_range < reach (m) must hold, "
                 f"got {self.contact_range}, {self.desired_range}, {self.reach}"
+            )
+        if not self.contact_range < self.obstacle_range:
+            raise ValueError(
+                "contact_range < obstacle_range (m) must hold, "
+                f"got {self.contact_range}, {self.obstacle_range}"
             )
         return self
 
