@@ -6,7 +6,6 @@ is too fast keeps its curvature.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -52,13 +51,18 @@ class Drive:
         scale: FloatArray = self.max_wheel_speed / np.maximum(fastest, self.max_wheel_speed)
         return wheels * scale
 
-    def lag(self, wheel_speed: ArrayLike, wanted: ArrayLike, dt: float) -> FloatArray:
-        """Return the wheel speeds ``(..., 2)`` after ``dt`` (s) of first-order approach to ``wanted``."""
+    def lag(self, wheel_speed: ArrayLike, wanted: ArrayLike, dt: ArrayLike) -> FloatArray:
+        """Return the wheel speeds ``(..., 2)`` after ``dt`` (s) of first-order approach to ``wanted``.
+
+        All three broadcast, so that one call tells the speeds at several times.
+        """
         wheels = np.asarray(wheel_speed, dtype=np.float64)
         wanted = np.asarray(wanted, dtype=np.float64)
         if self.time_constant == 0.0:
-            return wanted.copy()
-        left_over = math.exp(-dt / self.time_constant)
+            return np.array(
+                np.broadcast_to(wanted, np.broadcast_shapes(wheels.shape, wanted.shape, np.shape(dt)))
+            )
+        left_over: FloatArray = np.exp(-np.asarray(dt, dtype=np.float64) / self.time_constant)
         after: FloatArray = wanted + (wheels - wanted) * left_over
         return after
 

@@ -1,9 +1,10 @@
-"""Scene, commands and a period in, scene out: the only importer of pymunk.
+"""Scene, commands and a period in, scene out; with :mod:`swarmvision.bodies` the only importer of pymunk.
 
 A top-down world without gravity. A robot is a box on two tracks. In every physics substep the
 tracks pull the body towards the speed at which they run, with no more force than Coulomb friction
 under the robot's weight allows, and resist sideways sliding alike; contacts may therefore stall,
-push or turn a robot. Pushable objects rub on the floor.
+push or turn a robot. Pushable objects rub on the floor. Both are forces set before the substep, for all
+bodies at once, which pymunk turns into the same change of velocity.
 
 Where we differ from a real skid-steered robot: the slip of a turn is one constant factor (see
 :mod:`swarmvision.drive`), and the floor's friction on a spinning object acts at its mean radius.
@@ -12,11 +13,12 @@ Where we differ from a real skid-steered robot: the slip of a turn is one consta
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pymunk
 
+from swarmvision.bodies import ANGLE, SPIN, VX, VY, bodies_of
+from swarmvision.compiled import compiled
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Commands, Scene
@@ -30,8 +32,7 @@ RESTITUTION = 0.05  # robots and boxes hardly bounce
 SOLVER_ITERATIONS = 20
 OVERLAP = 1e-4  # m that bodies may overlap before the solver pushes them apart
 FASTEST = 50.0  # m/s; a world in which something is faster has blown up
-
-ROBOT, OBSTACLE = 1, 2  # collision types
+NO_GRIP = (0.0, 0.0, 0.0, 0.0)  # of what does not move
 
 
 class World:
@@ -46,7 +47,6 @@ class World:
         self.scene = scene
         self.robot_contacts = 0
         self.obstacle_contacts = 0
-        self._robot = robot
         self._drive = Drive.from_config(robot)
         self._space = pymunk.Space()
         self._space.iterations = SOLVER_ITERATIONS
@@ -54,15 +54,24 @@ class World:
         # The least that works: at 0 pymunk solves no contact at all. What one step remembers of a contact
         # is not in the scene, so a world rebuilt in mid-contact goes on alike but not to the last bit.
         self._space.collision_persistence = 1
-        self._number: dict[pymunk.Shape, int] = {}  # robots first, then walls and objects
-        self._twist = np.zeros((scene.robots, 2))
+        # Robots first, then objects, then walls.
+        robots = [self._add_robot(robot, pose, twist) for pose, twist in _rows(scene.pose, scene.velocity)]
+        things = _rows(scene.object_pose, scene.object_velocity)
+        objects = [
+            self._add_object(thing, arena, *row) for thing, row in zip(arena.objects, things, strict=True)
+        ]
+        bodies = robots + objects + self._add_walls(arena)
+        self._bodies = bodies_of(self._space, bodies)
+        self._grips = np.array(
+            [_grip(robot.mass, body.moment, robot.traction, _lever(robot)) for body in robots]
+            + [
+                _grip(thing.mass, body.moment, arena.floor_friction, _lever(thing))
+                for thing, body in zip(arena.objects, objects, strict=True)
+            ]
+            + [NO_GRIP] * (len(bodies) - len(robots) - len(objects))
+        ).reshape(-1, 4)
+        self._twist = np.zeros((len(bodies), 2))  # what is no robot is pulled towards rest
         self._touching: set[tuple[int, int]] = set()
-        self._touched_now: set[tuple[int, int]] = set()
-        self._robots = [self._add_robot(i, scene) for i in range(scene.robots)]
-        self._add_walls(arena)
-        self._objects = [self._add_object(thing, arena, i, scene) for i, thing in enumerate(arena.objects)]
-        self._space.on_collision(ROBOT, ROBOT, pre_solve=self._touch)
-        self._space.on_collision(ROBOT, OBSTACLE, pre_solve=self._touch)
 
     @property
     def contacts(self) -> int:
@@ -82,29 +91,39 @@ class World:
         """
         _refuse_nonfinite("command.speed", commands.speed)
         _refuse_nonfinite("command.turn_rate", commands.turn_rate)
-        wanted = self._drive.saturate(self._drive.wheel_speeds(commands.speed, commands.turn_rate))
-        wheels, travel = self.scene.wheel_speed, self.scene.wheel_travel
+        r, m = self.scene.robots, len(self.scene.object_pose)
         h = dt / substeps
-        for _ in range(substeps):
-            before, wheels = wheels, self._drive.lag(wheels, wanted, h)
-            travel = travel + (before + wheels) * (h / 2.0)
-            self._twist = np.stack(self._drive.twist(wheels), axis=-1)
+        wanted = self._drive.saturate(self._drive.wheel_speeds(commands.speed, commands.turn_rate))
+        before = self.scene.wheel_speed
+        passed = h * np.arange(1, substeps + 1)[:, None, None]
+        wheels = self._drive.lag(before, wanted, passed)  # (substeps, r, 2)
+        twists = np.stack(self._drive.twist(wheels), axis=-1)
+        bodies = self._bodies
+        for twist in twists:
+            self._twist[:r] = twist
+            traction(bodies.state, self._twist, self._grips, h, bodies.force)
+            bodies.push()
             self._space.step(h)
+            bodies.touch()
+            bodies.read()
         self._count_contacts()
+        pose, velocity = bodies.state[:, : ANGLE + 1].copy(), bodies.state[:, VX : SPIN + 1]
+        pose[:, ANGLE] = wrap(pose[:, ANGLE])
         self.scene = Scene(
             time=self.scene.time + dt,
-            pose=_poses(self._robots),
-            velocity=_velocities(self._robots),
-            wheel_speed=wheels,
-            wheel_travel=travel,
-            object_pose=_poses(self._objects),
-            object_velocity=_velocities(self._objects),
+            pose=pose[:r],
+            velocity=velocity[:r],
+            wheel_speed=wheels[-1],
+            wheel_travel=self.scene.wheel_travel + travelled(before, wheels, h),
+            object_pose=pose[r : r + m],
+            object_velocity=velocity[r : r + m],
         )
         self._refuse_blown_up()
         return self.scene
 
-    def _add_walls(self, arena: ArenaConfig) -> None:
+    def _add_walls(self, arena: ArenaConfig) -> list[pymunk.Body]:
         x, y, t = arena.width / 2.0, arena.depth / 2.0, WALL_THICKNESS
+        walls = []
         for left, bottom, right, top in (
             (-x - 2 * t, -y - 2 * t, x + 2 * t, -y),
             (-x - 2 * t, y, x + 2 * t, y + 2 * t),
@@ -112,84 +131,52 @@ class World:
             (x, -y - 2 * t, x + 2 * t, y + 2 * t),
         ):
             corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
-            wall = pymunk.Poly(self._space.static_body, corners)
-            self._finish(wall, arena.wall_friction, OBSTACLE)
-            self._space.add(wall)
+            body = pymunk.Body(body_type=pymunk.Body.STATIC)
+            self._add(body, pymunk.Poly(body, corners), arena.wall_friction)
+            walls.append(body)
+        return walls
 
-    def _add_robot(self, index: int, scene: Scene) -> pymunk.Body:
-        robot = self._robot
-        moment = pymunk.moment_for_box(robot.mass, (robot.length, robot.width))
-        body = pymunk.Body(robot.mass, moment)
-        shape = pymunk.Poly.create_box(body, (robot.length, robot.width))
-        self._finish(shape, robot.friction, ROBOT)
-        _place(body, scene.pose[index], scene.velocity[index])
-        body.velocity_func = self._traction(index)
-        self._space.add(body, shape)
+    def _add_robot(self, robot: RobotConfig, pose: FloatArray, velocity: FloatArray) -> pymunk.Body:
+        body = pymunk.Body(robot.mass, pymunk.moment_for_box(robot.mass, (robot.length, robot.width)))
+        _place(body, pose, velocity)
+        self._add(body, pymunk.Poly.create_box(body, (robot.length, robot.width)), robot.friction)
         return body
 
-    def _traction(self, index: int) -> Callable[[pymunk.Body, tuple[float, float], float, float], None]:
-        """Return what the tracks do to a robot in a substep, within what friction allows."""
-        grip = self._robot.traction * GRAVITY  # m/s^2
-        lever = _lever(self._robot.length, self._robot.width)
-
-        def pull(body: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
-            speed, turn_rate = self._twist[index]
-            velocity = body.velocity
-            change_x = speed * math.cos(body.angle) - velocity.x
-            change_y = speed * math.sin(body.angle) - velocity.y
-            share = min(1.0, grip * dt / max(math.hypot(change_x, change_y), 1e-12))
-            body.velocity = (velocity.x + share * change_x, velocity.y + share * change_y)
-            limit = grip * dt * body.mass * lever / body.moment
-            body.angular_velocity += max(-limit, min(limit, turn_rate - body.angular_velocity))
-
-        return pull
-
     def _add_object(
-        self, thing: BoxConfig | DiscConfig, arena: ArenaConfig, index: int, scene: Scene
+        self, thing: BoxConfig | DiscConfig, arena: ArenaConfig, pose: FloatArray, velocity: FloatArray
     ) -> pymunk.Body:
-        fixed = thing.mass is None
-        if isinstance(thing, DiscConfig):
-            moment = pymunk.moment_for_circle(thing.mass or 1.0, 0.0, thing.radius)
-            lever = 2.0 / 3.0 * thing.radius
+        if thing.mass is None:
+            body = pymunk.Body(body_type=pymunk.Body.STATIC)
+        elif isinstance(thing, DiscConfig):
+            body = pymunk.Body(thing.mass, pymunk.moment_for_circle(thing.mass, 0.0, thing.radius))
         else:
-            moment = pymunk.moment_for_box(thing.mass or 1.0, (thing.length, thing.width))
-            lever = _lever(thing.length, thing.width)
-        body = pymunk.Body(
-            thing.mass or 0.0,
-            0.0 if fixed else moment,
-            body_type=pymunk.Body.STATIC if fixed else pymunk.Body.DYNAMIC,
-        )
+            moment = pymunk.moment_for_box(thing.mass, (thing.length, thing.width))
+            body = pymunk.Body(thing.mass, moment)
         shape: pymunk.Shape = (
             pymunk.Circle(body, thing.radius)
             if isinstance(thing, DiscConfig)
             else pymunk.Poly.create_box(body, (thing.length, thing.width))
         )
-        self._finish(shape, arena.wall_friction, OBSTACLE)
-        _place(body, scene.object_pose[index], scene.object_velocity[index])
-        if thing.mass is not None:
-            _rub(body, arena.floor_friction, thing.mass * lever / moment)
-        self._space.add(body, shape)
+        _place(body, pose, velocity)
+        self._add(body, shape, arena.wall_friction)
         return body
 
-    def _finish(self, shape: pymunk.Shape, friction: float, collision_type: int) -> None:
+    def _add(self, body: pymunk.Body, shape: pymunk.Shape, friction: float) -> None:
         # Chipmunk multiplies the two frictions; the square root makes equal pairs mean themselves.
         shape.friction = math.sqrt(friction)
         shape.elasticity = RESTITUTION
-        shape.collision_type = collision_type
-        self._number[shape] = len(self._number)
-
-    def _touch(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        one, two = arbiter.shapes
-        self._touched_now.add((self._number[one], self._number[two]))
+        self._space.add(body, shape)
 
     def _count_contacts(self) -> None:
         """Count pairs that touch now and did not in the last control period."""
-        for one, two in self._touched_now - self._touching:
-            if max(one, two) < len(self._robots):
+        r = self.scene.robots
+        touched = {pair for pair in self._bodies.touched() if pair[0] < r}
+        for _, other in touched - self._touching:
+            if other < r:
                 self.robot_contacts += 1
             else:
                 self.obstacle_contacts += 1
-        self._touching, self._touched_now = self._touched_now, set()
+        self._touching = touched
 
     def _refuse_blown_up(self) -> None:
         _refuse_nonfinite("pose", self.scene.pose)
@@ -199,23 +186,58 @@ class World:
             raise PhysicsError(f"velocity of robot {robot} exceeds {FASTEST} m/s: the world blew up")
 
 
-def _lever(length: float, width: float) -> float:
-    """Return the mean radius (m) at which a box's ground friction resists a spin."""
-    return math.hypot(length, width) / 3.0
+@compiled
+def traction(state: FloatArray, twist: FloatArray, grips: FloatArray, dt: float, force: FloatArray) -> None:
+    """Fill in what the floor does to each body in a substep, within what friction allows.
+
+    pymunk moves bodies before it changes their velocity, so the tracks point to where the body
+    will have turned.
+
+    Args:
+        state: As of :class:`swarmvision.bodies.Bodies`, shape ``(n, 6)``.
+        twist: Speed ahead (m/s) and turn rate (rad/s) that the tracks run at, shape ``(n, 2)``.
+        grips: As from :func:`_grip`, shape ``(n, 4)``.
+        dt: Of the substep (s).
+        force: Out: force (N) and torque (N m), shape ``(n, 3)``.
+    """
+    for i in range(len(state)):
+        mass, moment, grip, spin_grip = grips[i]
+        if mass == 0.0:
+            continue
+        angle = state[i, ANGLE] + state[i, SPIN] * dt
+        change_x = twist[i, 0] * math.cos(angle) - state[i, VX]
+        change_y = twist[i, 0] * math.sin(angle) - state[i, VY]
+        share = min(1.0, grip * dt / max(math.hypot(change_x, change_y), 1e-12))
+        limit = spin_grip * dt
+        spin = max(-limit, min(limit, twist[i, 1] - state[i, SPIN]))
+        force[i, 0], force[i, 1] = mass * share * change_x / dt, mass * share * change_y / dt
+        force[i, 2] = moment * spin / dt
 
 
-def _rub(body: pymunk.Body, friction: float, turn: float) -> None:
-    """Let a pushable object slow down on the floor; ``turn`` is rad/s^2 per m/s^2."""
+def travelled(before: FloatArray, wheels: FloatArray, dt: float) -> FloatArray:
+    """Return the way of the wheels (m) over substeps that end at speeds ``(substeps, ..., 2)`` (m/s)."""
+    way: FloatArray = (before / 2.0 + wheels[:-1].sum(axis=0) + wheels[-1] / 2.0) * dt
+    return way
 
-    def slow(body: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
-        pymunk.Body.update_velocity(body, gravity, damping, dt)
-        loss = friction * GRAVITY * dt
-        speed = body.velocity.length
-        body.velocity = body.velocity * (max(0.0, speed - loss) / speed if speed > 0.0 else 0.0)
-        spin = body.angular_velocity
-        body.angular_velocity = math.copysign(max(0.0, abs(spin) - loss * turn), spin)
 
-    body.velocity_func = slow
+def _grip(
+    mass: float | None, moment: float, friction: float, lever: float
+) -> tuple[float, float, float, float]:
+    """Return mass (kg), moment (kg m^2) and the most that the floor accelerates (m/s^2, rad/s^2)."""
+    if mass is None:
+        return NO_GRIP
+    return mass, moment, friction * GRAVITY, friction * GRAVITY * mass * lever / moment
+
+
+def _lever(thing: RobotConfig | BoxConfig | DiscConfig) -> float:
+    """Return the mean radius (m) at which ground friction resists a spin."""
+    if isinstance(thing, DiscConfig):
+        return 2.0 / 3.0 * thing.radius
+    return math.hypot(thing.length, thing.width) / 3.0
+
+
+def _rows(pose: FloatArray, velocity: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    return list(zip(pose, velocity, strict=True))
 
 
 def _place(body: pymunk.Body, pose: FloatArray, velocity: FloatArray) -> None:
@@ -226,23 +248,10 @@ def _place(body: pymunk.Body, pose: FloatArray, velocity: FloatArray) -> None:
         body.angular_velocity = float(velocity[2])
 
 
-def _poses(bodies: list[pymunk.Body]) -> FloatArray:
-    rows = [(body.position.x, body.position.y, body.angle) for body in bodies]
-    pose = np.array(rows, dtype=np.float64).reshape(-1, 3)
-    pose[:, 2] = wrap(pose[:, 2])
-    return pose
-
-
-def _velocities(bodies: list[pymunk.Body]) -> FloatArray:
-    rows = [(body.velocity.x, body.velocity.y, body.angular_velocity) for body in bodies]
-    return np.array(rows, dtype=np.float64).reshape(-1, 3)
-
-
 def _refuse_nonfinite(field: str, values: FloatArray) -> None:
+    if np.isfinite(values).all():
+        return
     rows = values[:, None] if values.ndim == 1 else values
-    bad = ~np.isfinite(rows).all(axis=1)
-    if bad.any():
-        robot = int(np.flatnonzero(bad)[0])
-        value = rows[robot]
-        shown = ", ".join(str(number) for number in value)
-        raise PhysicsError(f"{field} of robot {robot} must be finite, got {shown}")
+    robot = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
+    shown = ", ".join(str(number) for number in rows[robot])
+    raise PhysicsError(f"{field} of robot {robot} must be finite, got {shown}")

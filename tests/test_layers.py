@@ -14,7 +14,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("errors", "geometry", "compiled", "randomness"),
     ("colour",),
     ("data", "config"),
-    ("marker", "camera", "drive"),
+    ("marker", "camera", "drive", "bodies"),
     ("world", "placement", "rendering", "perception", "controllers", "metrics", "pictures"),
     ("sensing",),
     ("simulation", "recording", "drawing"),

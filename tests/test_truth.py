@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from sight_oracle import visible_fraction
 
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import TruthSensorConfig
 from swarmvision.data import Scene
+from swarmvision.geometry import compose, inverse, polar
+from swarmvision.sensing import sight
 from swarmvision.sensing.truth import TruthSensor
 
 ROBOT = RobotConfig()
@@ -81,3 +86,76 @@ def test_a_mirrored_scene_gives_mirrored_estimates() -> None:
     np.testing.assert_allclose(here.range, there.range)
     np.testing.assert_allclose(here.bearing, -there.bearing)
     np.testing.assert_allclose(here.heading, -there.heading)
+
+
+THINGS = ArenaConfig(
+    objects=(
+        BoxConfig(x=0.4, y=0.2, yaw_deg=30, length=0.3, width=0.1, height=0.3),
+        DiscConfig(x=-0.5, y=0.3, radius=0.1, height=0.2),
+        BoxConfig(x=-0.4, y=-0.5, height=0.04),
+    )
+)
+
+
+def crowd(seed: int, robots: int, half: float) -> Scene:
+    pose = np.random.default_rng(seed).uniform([-half, -half, -np.pi], [half, half, np.pi], (robots, 3))
+    return Scene.at_rest(pose, [[t.x, t.y, np.radians(t.yaw_deg)] for t in THINGS.objects])
+
+
+@pytest.mark.parametrize(("seed", "robots", "half"), [(0, 2, 0.2), (1, 12, 0.5), (2, 40, 1.5), (3, 90, 6.0)])
+def test_the_kernel_sees_what_a_plain_computation_sees(seed: int, robots: int, half: float) -> None:
+    scene = crowd(seed, robots, half)
+    estimates = sensor(THINGS, reach=1.7).sense(scene)
+    distance, bearing, heading = polar(compose(inverse(scene.pose)[:, None], scene.pose[None]))
+    visible = visible_fraction(scene, ROBOT, THINGS)
+    others = ~np.eye(robots, dtype=bool)
+    seen = (visible[others] >= sight.ENOUGH) & (distance[others] <= 1.7)
+    np.testing.assert_array_equal(estimates.seen.ravel(), seen)
+    for got, truth in (
+        (estimates.range, distance),
+        (estimates.bearing, bearing),
+        (estimates.heading, heading),
+        (estimates.visible, visible),
+    ):
+        np.testing.assert_allclose(got.ravel()[seen], truth[others][seen], atol=1e-12)
+
+
+def test_limited_slots_hold_the_nearest_first_and_the_rest_is_empty() -> None:
+    scene = crowd(4, 30, 0.8)
+    everybody, few = sensor(THINGS).sense(scene), sensor(THINGS, neighbours=5).sense(scene)
+    assert few.seen.shape == (30, 5)
+    ordered = np.sort(np.where(everybody.seen, everybody.range, np.inf), axis=1)[:, :5]
+    np.testing.assert_array_equal(np.where(few.seen, few.range, np.inf), ordered)
+    wide = sensor(THINGS, neighbours=50).sense(scene)
+    assert wide.seen.shape == (30, 50)
+    assert wide.seen.sum() == everybody.seen.sum()
+
+
+def test_the_order_of_the_robots_does_not_matter() -> None:
+    scene = crowd(5, 20, 0.8)
+    here = sensor(THINGS, neighbours=19).sense(scene)
+    back = sensor(THINGS, neighbours=19).sense(Scene.at_rest(scene.pose[::-1], scene.object_pose))
+    np.testing.assert_array_equal(here.range, back.range[::-1])
+    np.testing.assert_array_equal(here.track[here.seen], 19 - back.track[::-1][here.seen])
+
+
+def plain(kernel: Any) -> Any:
+    return getattr(kernel, "py_func", kernel)
+
+
+def test_the_same_lines_run_uncompiled() -> None:
+    scene = crowd(6, 9, 0.5)
+    view = sight.View.of(ROBOT, THINGS, 2.0, 2 * np.pi)
+    grid, begin, robots = plain(sight.cells)(scene.pose, 2.0)
+    results = []
+    for look in (sight.look, plain(sight.look)):
+        who, seen = np.full(9, -1), np.full((9, 4), np.nan)
+        work = np.empty((4, sight.SECTORS), np.int64), np.empty((3, 9))
+        count = look(
+            *(scene.pose, scene.object_pose, 0, view.reach, view.half_fov, view.radius, True, 0.3),
+            *(view.things, grid, begin, robots, who, seen, *work),
+        )
+        results.append((count, who, seen))
+    assert results[0][0] == results[1][0] > 0
+    np.testing.assert_array_equal(results[0][1], results[1][1])
+    np.testing.assert_allclose(results[0][2], results[1][2], atol=1e-12)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
+import pymunk
 import pytest
 
+from swarmvision import bodies, world
+from swarmvision.bodies import BatchedBodies, LoopedBodies
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.scenario import ScenarioConfig, StartConfig
 from swarmvision.data import Commands, Scene
+from swarmvision.drive import Drive
 from swarmvision.errors import ConfigError, PhysicsError
 from swarmvision.placement import starting_scene
-from swarmvision.world import World
+from swarmvision.world import GRAVITY, World
 
 ROBOT = RobotConfig()
 ARENA = ArenaConfig(width=2.0, depth=2.0)
@@ -123,3 +130,94 @@ def test_too_many_robots_are_refused_with_how_many_fit() -> None:
     scenario = ScenarioConfig(robots=50, arena=ARENA, start=StartConfig(radius=0.3))
     with pytest.raises(ConfigError, match=r"50 robots do not fit the starting circle of 0.3 m.*about \d+ do"):
         starting_scene(scenario, np.random.default_rng(0))
+
+
+def pulled(poses: np.ndarray, commands: list[Commands], substeps: int) -> np.ndarray:
+    """The same robots without contacts, pulled by a callback inside pymunk's own velocity step."""
+    drive, h = Drive.from_config(ROBOT), 0.1 / substeps
+    space, twists = pymunk.Space(), np.zeros((len(poses), 2))
+    lever = math.hypot(ROBOT.length, ROBOT.width) / 3.0
+
+    def pull(index: int) -> Callable[[pymunk.Body, tuple[float, float], float, float], None]:
+        def change(body: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
+            grip = ROBOT.traction * GRAVITY * dt
+            speed, turn_rate = twists[index]
+            x = speed * math.cos(body.angle) - body.velocity.x
+            y = speed * math.sin(body.angle) - body.velocity.y
+            share = min(1.0, grip / max(math.hypot(x, y), 1e-12))
+            body.velocity = (body.velocity.x + share * x, body.velocity.y + share * y)
+            limit = grip * body.mass * lever / body.moment
+            body.angular_velocity += max(-limit, min(limit, turn_rate - body.angular_velocity))
+
+        return change
+
+    robots = []
+    for index, (x, y, yaw) in enumerate(poses):
+        body = pymunk.Body(ROBOT.mass, pymunk.moment_for_box(ROBOT.mass, (ROBOT.length, ROBOT.width)))
+        body.position, body.angle, body.velocity_func = (x, y), yaw, pull(index)
+        space.add(body)
+        robots.append(body)
+    wheels = np.zeros((len(poses), 2))
+    for command in commands:
+        wanted = drive.saturate(drive.wheel_speeds(command.speed, command.turn_rate))
+        for _ in range(substeps):
+            wheels = drive.lag(wheels, wanted, h)
+            twists[:] = np.stack(drive.twist(wheels), axis=-1)
+            space.step(h)
+    return np.array([(*body.position, body.angle) for body in robots])
+
+
+def test_forces_before_a_substep_do_what_a_callback_inside_it_does() -> None:
+    rng = np.random.default_rng(3)
+    poses = np.column_stack([np.linspace(-6, 6, 5), np.zeros(5), rng.uniform(-3, 3, 5)])
+    commands = [Commands(rng.uniform(-0.4, 0.4, 5), rng.uniform(-4, 4, 5)) for _ in range(40)]
+    free = World(ArenaConfig(), ROBOT, Scene.at_rest(poses))
+    for command in commands:
+        scene = free.step(command, 0.1, 12)
+    inside = pulled(poses, commands, 12)
+    assert np.abs(inside[:, :2] - poses[:, :2]).max() > 0.1
+    np.testing.assert_allclose(scene.pose[:, :2], inside[:, :2], atol=1e-12)
+    np.testing.assert_allclose(np.exp(1j * scene.pose[:, 2]), np.exp(1j * inside[:, 2]), atol=1e-12)
+
+
+def test_batched_and_looped_access_are_the_same_world(monkeypatch: pytest.MonkeyPatch) -> None:
+    arena = ArenaConfig(
+        width=1.0,
+        depth=1.0,
+        objects=(BoxConfig(x=0.3, y=0, mass=0.1, length=0.1), DiscConfig(x=0, y=0.3, radius=0.05)),
+    )
+    start = Scene.at_rest([[-0.2, 0, 0], [0, 0, 0], [0, -0.3, 1]], [[0.3, 0, 0], [0, 0.3, 0]])
+    batched = World(arena, ROBOT, start)
+    assert isinstance(batched._bodies, BatchedBodies)
+    with monkeypatch.context() as patch:
+        patch.setattr(bodies, "batch", None)
+        looped = World(arena, ROBOT, start)
+    assert isinstance(looped._bodies, LoopedBodies)
+    for turn in np.linspace(-3, 3, 40):
+        commands = Commands(np.full(3, 0.3), np.array([0.0, turn, -turn]))
+        one, two = batched.step(commands, 0.1, 12), looped.step(commands, 0.1, 12)
+        np.testing.assert_array_equal(one.pose, two.pose)
+        np.testing.assert_array_equal(one.object_pose, two.object_pose)
+        assert (batched.robot_contacts, batched.obstacle_contacts) == (
+            looped.robot_contacts,
+            looped.obstacle_contacts,
+        )
+    assert batched.robot_contacts >= 1
+    assert batched.obstacle_contacts >= 1
+
+
+def test_a_contact_that_lasts_counts_once() -> None:
+    pushed, _ = driven([[-0.2, 0, 0], [0, 0, 0]], go(0.2, 0.0), 3.0)
+    assert pushed.robot_contacts == 1
+
+
+def test_traction_is_the_same_uncompiled() -> None:
+    plain = getattr(world.traction, "py_func", world.traction)
+    rng = np.random.default_rng(0)
+    state, twist = rng.normal(size=(6, 6)), rng.normal(size=(6, 2))
+    grips = np.abs(rng.normal(size=(6, 4)))
+    grips[5] = 0.0
+    one, two = np.ones((6, 3)), np.ones((6, 3))
+    world.traction(state, twist, grips, 0.01, one)
+    plain(state, twist, grips, 0.01, two)
+    np.testing.assert_allclose(one, two, rtol=1e-13)

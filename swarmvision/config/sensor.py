@@ -49,6 +49,9 @@ class TruthSensorConfig(Settings):
     occlusion: bool = True
     """Whether nearer markers and objects hide farther ones."""
 
+    neighbours: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """Slots for the nearest neighbours; one for every other robot where not given."""
+
 
 class CameraSensorConfig(Settings):
     """Pictures from every lens of a rig, read into neighbours and tracked."""

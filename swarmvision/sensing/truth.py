@@ -1,101 +1,147 @@
 """Perfect range, bearing and heading of every neighbour in line of sight.
 
-The upper bound that every real sensor is held against. Line of sight is computed in the plane: a
-marker is hidden where a nearer marker, or an object taller than the markers' base, stands before it.
+The upper bound that every real sensor is held against. Line of sight is computed in the plane
+(:mod:`swarmvision.sensing.sight`): a marker is hidden where a nearer marker, or an object taller
+than the markers' base, stands before it.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
+from swarmvision.compiled import compiled
+from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import TruthSensorConfig
-from swarmvision.data import BoolArray, Estimates, Picture, Scene
-from swarmvision.geometry import FloatArray, cartesian, compose, inverse, polar, rotate, wrap
+from swarmvision.data import Estimates, IntArray, Picture, Scene
+from swarmvision.geometry import FloatArray
+from swarmvision.sensing.sight import (
+    BEARING,
+    ENOUGH,
+    HEADING,
+    RANGE,
+    SECTORS,
+    VISIBLE,
+    View,
+    cells,
+    look,
+)
 
-RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
-ENOUGH = 0.3  # fraction of a marker's width that must be in sight for it to be seen
 VARIANCE = 1e-12  # of a perfect sensor: covariances stay positive definite
 
 
 class TruthSensor:
-    """Line of sight without error; neighbour ``j`` keeps its slot and has track number ``j``."""
+    """Line of sight without error; a neighbour's track is its number.
+
+    Without a limit of neighbours, neighbour ``j`` keeps its slot; with one, the nearest come first.
+    """
 
     pictures: tuple[Picture, ...] = ()
 
     def __init__(self, config: TruthSensorConfig, robot: RobotConfig, arena: ArenaConfig) -> None:
-        self._config = config
-        self._radius = robot.marker.radius
-        base = robot.marker.base
-        self._blockers = [
-            (i, thing) for i, thing in enumerate(arena.objects) if config.occlusion and thing.height > base
-        ]
+        self._neighbours = config.neighbours
+        self._view = View.of(
+            robot, arena, config.reach, np.radians(config.fov_deg), occlusion=config.occlusion
+        )
 
     def sense(self, scene: Scene) -> Estimates:
-        """Return the true neighbours of every robot, shape ``(r, r - 1)``."""
-        r = scene.robots
-        if r < 2:
-            return Estimates.empty((r, 0))
-        others = np.array([[j for j in range(r) if j != i] for i in range(r)])  # (r, r - 1)
-        relative = compose(inverse(scene.pose)[:, None], scene.pose[others])
-        distance, bearing, heading = polar(relative)
-        visible = self._visible(scene, distance, bearing)
-        seen = (
-            (visible >= ENOUGH)
-            & (distance <= self._config.reach)
-            & (np.abs(bearing) <= np.radians(self._config.fov_deg) / 2.0)
-        )
-        covariance = np.where(seen[..., None, None], VARIANCE * np.eye(3), np.nan)
-        return Estimates(
-            seen=seen,
-            range=np.where(seen, distance, np.nan),
-            bearing=np.where(seen, bearing, np.nan),
-            heading=np.where(seen, heading, np.nan),
-            covariance=covariance,
-            age=np.where(seen, 0.0, np.nan),
-            track=np.where(seen, others, -1),
-            visible=np.where(seen, visible, 0.0),
-        )
+        """Return the true neighbours of every robot, shape ``(r, k)``.
 
-    def _visible(self, scene: Scene, distance: FloatArray, bearing: FloatArray) -> FloatArray:
-        """Return the fraction of each marker's width that nothing hides, shape ``(r, k)``."""
-        if not self._config.occlusion:
-            return np.ones_like(distance)
-        half = np.arcsin(np.minimum(self._radius / distance, 1.0))
-        rays = bearing[..., None] + RAYS * half[..., None]  # (r, k, rays)
-        hidden = np.zeros(rays.shape, dtype=bool)
-        for n in range(distance.shape[1]):  # the n-th neighbour of each robot as the one in front
-            nearer = distance[:, n, None] < distance
-            nearer[:, n] = False
-            across = np.abs(wrap(rays - bearing[:, n, None, None])) < half[:, n, None, None]
-            hidden |= across & nearer[..., None]
-        for index, thing in self._blockers:
-            blocker = compose(inverse(scene.pose), scene.object_pose[index])  # (r, 3)
-            hidden |= _blocked(rays, distance, blocker, thing)
-        visible: FloatArray = 1.0 - hidden.mean(axis=-1)
-        return visible
+        ``k`` is the configured number of neighbours, or ``r - 1`` where all are asked for.
+        """
+        others = max(scene.robots - 1, 0)
+        k = others if self._neighbours is None else self._neighbours
+        who, seen = sight(scene.pose[None], scene.object_pose[None], self._view, min(k, others))
+        who, seen = who[0], seen[0]
+        if self._neighbours is None:
+            who, seen = _own_slots(who, seen)
+        elif k > others:
+            who = np.pad(who, ((0, 0), (0, k - others)), constant_values=-1)
+            seen = np.pad(seen, ((0, 0), (0, k - others), (0, 0)), constant_values=np.nan)
+        return truth_estimates(who, seen)
 
 
-def _blocked(
-    rays: FloatArray, distance: FloatArray, blocker: FloatArray, thing: BoxConfig | DiscConfig
-) -> BoolArray:
-    """Return which rays ``(r, k, rays)`` meet an object, at its pose ``(r, 3)``, before the marker."""
-    towards = cartesian(np.ones_like(rays), rays)
-    if isinstance(thing, DiscConfig):
-        along = np.einsum("rknc,rc->rkn", towards, blocker[:, :2])
-        square = np.sum(blocker[:, :2] ** 2, axis=-1)[:, None, None]
-        miss = square - along**2
-        disc: BoolArray = (along > 0) & (miss < thing.radius**2) & (along < distance[..., None])
-        return disc
-    # In the box's own frame: the slab test.
-    yaw = blocker[:, 2]
-    start = rotate(-blocker[:, :2], -yaw)[:, None, None]
-    step = rotate(towards, -yaw[:, None, None])
-    step = np.where(np.abs(step) < 1e-12, 1e-12, step)
-    half = np.array([thing.length, thing.width]) / 2.0
-    one, two = (-half - start) / step, (half - start) / step
-    enter = np.max(np.minimum(one, two), axis=-1)
-    leave = np.min(np.maximum(one, two), axis=-1)
-    box: BoolArray = (enter < leave) & (leave > 0) & (enter < distance[..., None])
-    return box
+def sight(pose: FloatArray, objects: FloatArray, view: View, most: int) -> tuple[IntArray, FloatArray]:
+    """Return whom every robot of every world sees, nearest first.
+
+    Args:
+        pose: Shape ``(w, r, 3)``.
+        objects: Shape ``(w, m, 3)``.
+        view: Of the sensor.
+        most: Slots ``k``.
+
+    Returns:
+        Numbers, -1 where the slot is empty, ``(w, r, k)``; range, bearing, heading and visible fraction,
+        nan where empty, ``(w, r, k, 4)``.
+    """
+    who = np.full((*pose.shape[:2], most), -1, np.int64)
+    seen = np.full((*who.shape, 4), np.nan)
+    fov = np.inf if view.half_fov >= np.pi else view.half_fov
+    _look_all(pose, objects, view.reach, fov, view.radius, view.occlusion, view.things, who, seen)
+    return who, seen
+
+
+def truth_estimates(who: IntArray, seen: FloatArray) -> Estimates:
+    """Return what :func:`sight` found as estimates without error, shape ``(..., k)``."""
+    there = who >= 0
+    covariance = np.full((*who.shape, 3, 3), np.nan)
+    covariance[there] = VARIANCE * np.eye(3)
+    return Estimates(
+        seen=there,
+        range=seen[..., RANGE],
+        bearing=seen[..., BEARING],
+        heading=seen[..., HEADING],
+        covariance=covariance,
+        age=np.where(there, 0.0, np.nan),
+        track=who,
+        visible=np.where(there, seen[..., VISIBLE], 0.0),
+    )
+
+
+def _own_slots(who: IntArray, seen: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the same with neighbour ``j`` in slot ``j``, or ``j - 1`` after the observer itself."""
+    robot, slot = np.nonzero(who >= 0)
+    number = who[robot, slot]
+    own = number - (number > robot)
+    placed, values = np.full_like(who, -1), np.full_like(seen, np.nan)
+    placed[robot, own] = number
+    values[robot, own] = seen[robot, slot]
+    return placed, values
+
+
+@compiled
+def _look_all(
+    pose: FloatArray,
+    objects: FloatArray,
+    reach: float,
+    half_fov: float,
+    radius: float,
+    occlusion: bool,
+    things: FloatArray,
+    who: IntArray,
+    seen: FloatArray,
+) -> None:
+    r = pose.shape[1]
+    index = np.empty((4, max(r, SECTORS)), np.int64)
+    scratch = np.empty((3, r))
+    for w in range(len(pose)):
+        grid, begin, robots = cells(pose[w], reach)
+        for me in range(r):
+            look(
+                pose[w],
+                objects[w],
+                me,
+                reach,
+                half_fov,
+                radius,
+                occlusion,
+                ENOUGH,
+                things,
+                grid,
+                begin,
+                robots,
+                who[w, me],
+                seen[w, me],
+                index,
+                scratch,
+            )

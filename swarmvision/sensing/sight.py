@@ -1,0 +1,371 @@
+"""Line of sight in the plane: who sees how much of whose marker, for every robot at once.
+
+A marker is a disc of the plane. Ten rays across its width, from an observer's axis, tell how much of
+it is in sight: a ray is hidden where a nearer marker, or a thing taller than the markers' base,
+stands across it. Neighbours are taken nearest first, so only who came before can hide; those are
+found by sectors of bearing, so a robot in a crowd costs little more than one in a handful.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarmvision.compiled import compiled
+from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
+from swarmvision.config.robot import RobotConfig
+from swarmvision.data import IntArray
+from swarmvision.geometry import FloatArray
+
+RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
+ALL_RAYS = (1 << len(RAYS)) - 1
+ENOUGH = 0.3  # fraction of a marker's width that must be in sight for it to be seen
+SECTORS = 64
+SECTOR = 2.0 * np.pi / SECTORS
+RANGE, BEARING, HEADING, VISIBLE = 0, 1, 2, 3  # columns of what is seen
+TWO_PI = 2.0 * np.pi
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """What does not change between two looks."""
+
+    reach: float
+    """m"""
+    half_fov: float
+    """rad to either side of straight ahead."""
+    radius: float
+    """Of the markers (m)."""
+    occlusion: bool
+    """Whether anything hides anything."""
+    things: FloatArray
+    """Objects tall enough to hide a marker: number in the scene, half length, half width, or radius and
+    -1 for a disc (m), shape ``(b, 3)``."""
+
+    @classmethod
+    def of(
+        cls, robot: RobotConfig, arena: ArenaConfig, reach: float, fov: float, *, occlusion: bool = True
+    ) -> View:
+        """Return the view of a robot's sensor in an arena; ``fov`` in rad."""
+        things = [
+            (i, *_size(thing)) for i, thing in enumerate(arena.objects) if thing.height > robot.marker.base
+        ]
+        return cls(
+            reach, fov / 2.0, robot.marker.radius, occlusion, np.array(things, np.float64).reshape(-1, 3)
+        )
+
+
+def _size(thing: BoxConfig | DiscConfig) -> tuple[float, float]:
+    if isinstance(thing, DiscConfig):
+        return thing.radius, -1.0
+    return thing.length / 2.0, thing.width / 2.0
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """Return the direction (rad) in (-pi, pi]; :func:`swarmvision.geometry.wrap` of one number."""
+    if -np.pi < angle <= np.pi:
+        return angle
+    return np.pi - (np.pi - angle) % TWO_PI
+
+
+@compiled
+def cells(pose: FloatArray, reach: float) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return robots sorted into square cells no smaller than the reach.
+
+    Args:
+        pose: Shape ``(r, 3)``.
+        reach: m.
+
+    Returns:
+        Left, bottom, size, columns and rows of the grid, ``(5,)``; where each cell's robots begin,
+        ``(columns * rows + 1,)``; the robots, cell by cell, by number in each, ``(r,)``.
+    """
+    r = len(pose)
+    left, bottom, right, top = 0.0, 0.0, 0.0, 0.0
+    for i in range(r):
+        x, y = pose[i, 0], pose[i, 1]
+        if i == 0 or x < left:
+            left = x
+        if i == 0 or x > right:
+            right = x
+        if i == 0 or y < bottom:
+            bottom = y
+        if i == 0 or y > top:
+            top = y
+    size = max(reach, 1e-6)
+    side = max(int(np.sqrt(r)), 1)  # more cells than that in a row would be empty ones
+    size = max(size, (right - left) / side, (top - bottom) / side)
+    columns, rows = int((right - left) / size) + 1, int((top - bottom) / size) + 1
+    grid = np.array([left, bottom, size, columns, rows])
+    begin = np.zeros(columns * rows + 1, np.int64)
+    cell = np.empty(r, np.int64)
+    for i in range(r):
+        cell[i] = int((pose[i, 1] - bottom) / size) * columns + int((pose[i, 0] - left) / size)
+        begin[cell[i] + 1] += 1
+    for c in range(columns * rows):
+        begin[c + 1] += begin[c]
+    filled = begin.copy()
+    robots = np.empty(r, np.int64)
+    for i in range(r):
+        robots[filled[cell[i]]] = i
+        filled[cell[i]] += 1
+    return grid, begin, robots
+
+
+@compiled
+def near(
+    pose: FloatArray,
+    me: int,
+    reach: float,
+    grid: FloatArray,
+    begin: IntArray,
+    robots: IntArray,
+    who: IntArray,
+    distance: FloatArray,
+) -> int:
+    """Fill in who is within reach of a robot and how far; return how many."""
+    x, y = pose[me, 0], pose[me, 1]
+    columns, rows = int(grid[3]), int(grid[4])
+    column, row = int((x - grid[0]) / grid[2]), int((y - grid[1]) / grid[2])
+    count = 0
+    for r in range(max(row - 1, 0), min(row + 2, rows)):
+        first = begin[r * columns + max(column - 1, 0)]
+        last = begin[r * columns + min(column + 1, columns - 1) + 1]
+        for n in range(first, last):
+            other = robots[n]
+            dx, dy = pose[other, 0] - x, pose[other, 1] - y
+            square = dx * dx + dy * dy
+            if other != me and square <= reach * reach:
+                who[count] = other
+                distance[count] = np.sqrt(square)
+                count += 1
+    return count
+
+
+@compiled
+def sink(heap: IntArray, distance: FloatArray, who: IntArray, root: int, count: int) -> None:
+    """Restore the order of a heap, nearest first, below one of its places."""
+    while True:
+        child = 2 * root + 1
+        if child >= count:
+            return
+        if child + 1 < count and before(heap[child + 1], heap[child], distance, who):
+            child += 1
+        if not before(heap[child], heap[root], distance, who):
+            return
+        heap[root], heap[child] = heap[child], heap[root]
+        root = child
+
+
+@compiled
+def before(one: int, two: int, distance: FloatArray, who: IntArray) -> bool:
+    """Return whether one candidate is nearer than another; of equals the one with the lower number."""
+    if distance[one] == distance[two]:
+        return bool(who[one] < who[two])
+    return bool(distance[one] < distance[two])
+
+
+@compiled
+def shadow(bearing: float, half: float, across: float, by: float) -> int:
+    """Return the bits of the rays that a marker at bearing ``across`` of half width ``by`` covers."""
+    if abs(wrapped(bearing - across)) >= half + by:
+        return 0
+    bits = 0
+    for n in range(len(RAYS)):
+        if abs(wrapped(bearing + RAYS[n] * half - across)) < by:
+            bits |= 1 << n
+    return bits
+
+
+@compiled
+def thing_shadow(
+    bearing: float,
+    half: float,
+    distance: float,
+    place: FloatArray,
+    length: float,
+    width: float,
+) -> int:
+    """Return the bits of the rays that meet a thing before they meet the marker.
+
+    Args:
+        bearing: Of the marker in the observer's frame (rad).
+        half: Half width of the marker (rad).
+        distance: Of the marker (m).
+        place: Of the thing in the observer's frame: x, y, yaw.
+        length: Half of the box's, or the disc's radius (m).
+        width: Half of the box's, or -1 (m).
+    """
+    square = place[0] * place[0] + place[1] * place[1]
+    bound = length if width < 0.0 else np.hypot(length, width)
+    if square > (distance + bound) * (distance + bound):
+        return 0
+    cos, sin = np.cos(place[2]), np.sin(place[2])
+    start_x = -(cos * place[0] + sin * place[1])
+    start_y = -(cos * place[1] - sin * place[0])
+    bits = 0
+    for n in range(len(RAYS)):
+        ray = bearing + RAYS[n] * half
+        if width < 0.0:
+            x, y = np.cos(ray), np.sin(ray)
+            along = x * place[0] + y * place[1]
+            miss = square - along * along
+            if along > 0.0 and miss < length * length and along < distance:
+                bits |= 1 << n
+            continue
+        # In the box's own frame: the slab test.
+        x, y = np.cos(ray - place[2]), np.sin(ray - place[2])
+        x = x if abs(x) >= 1e-12 else 1e-12
+        y = y if abs(y) >= 1e-12 else 1e-12
+        x1, x2 = (-length - start_x) / x, (length - start_x) / x
+        y1, y2 = (-width - start_y) / y, (width - start_y) / y
+        enter, leave = max(min(x1, x2), min(y1, y2)), min(max(x1, x2), max(y1, y2))
+        if enter < leave and leave > 0.0 and enter < distance:
+            bits |= 1 << n
+    return bits
+
+
+@compiled
+def marker_shadows(
+    bearing: float,
+    half: float,
+    wide: int,
+    first: IntArray,
+    after: IntArray,
+    bearings: FloatArray,
+    halves: FloatArray,
+) -> int:
+    """Return the bits of the rays that any nearer marker covers; the lists are those of :func:`look`."""
+    bits = 0
+    m = wide
+    while m >= 0 and bits != ALL_RAYS:
+        bits |= shadow(bearing, half, bearings[m], halves[m])
+        m = after[m]
+    span = half + SECTOR
+    low, high = int(np.floor((bearing - span) / SECTOR)), int(np.floor((bearing + span) / SECTOR))
+    for sector in range(low, min(high, low + SECTORS - 1) + 1):
+        m = first[sector % SECTORS]
+        while m >= 0 and bits != ALL_RAYS:
+            bits |= shadow(bearing, half, bearings[m], halves[m])
+            m = after[m]
+    return bits
+
+
+@compiled
+def thing_shadows(
+    bearing: float,
+    half: float,
+    distance: float,
+    observer: FloatArray,
+    objects: FloatArray,
+    things: FloatArray,
+) -> int:
+    """Return the bits of the rays that any thing covers; ``observer`` is a pose in the world."""
+    bits = 0
+    cos, sin = np.cos(observer[2]), np.sin(observer[2])
+    place = np.empty(3)
+    for b in range(len(things)):
+        thing = objects[int(things[b, 0])]
+        x, y = thing[0] - observer[0], thing[1] - observer[1]
+        place[0], place[1], place[2] = cos * x + sin * y, cos * y - sin * x, thing[2] - observer[2]
+        bits |= thing_shadow(bearing, half, distance, place, things[b, 1], things[b, 2])
+        if bits == ALL_RAYS:
+            break
+    return bits
+
+
+@compiled
+def look(
+    pose: FloatArray,
+    objects: FloatArray,
+    me: int,
+    reach: float,
+    half_fov: float,
+    radius: float,
+    occlusion: bool,
+    least: float,
+    things: FloatArray,
+    grid: FloatArray,
+    begin: IntArray,
+    robots: IntArray,
+    who: IntArray,
+    seen: FloatArray,
+    index: IntArray,
+    scratch: FloatArray,
+) -> int:
+    """Fill in whom a robot sees, nearest first, until nobody is left or ``who`` is full.
+
+    Args:
+        pose: Of the robots, shape ``(r, 3)``.
+        objects: Poses, shape ``(m, 3)``.
+        me: The observer.
+        reach: m.
+        half_fov: rad.
+        radius: Of a marker (m).
+        occlusion: Whether anything hides anything.
+        least: Fraction of a marker's width that must be in sight.
+        things: As in :class:`View`.
+        grid: From :func:`cells`, and so the next two.
+        begin: Where each cell's robots begin.
+        robots: The robots, cell by cell.
+        who: Out: numbers of those seen, shape ``(k,)``.
+        seen: Out: range, bearing, heading, visible fraction, shape ``(k, 4)``.
+        index: Room to work in, shape ``(4, max(r, SECTORS))``.
+        scratch: Room to work in, shape ``(3, r)``.
+
+    Returns:
+        How many are seen.
+    """
+    candidates, heap, after, first = index[0], index[1], index[2], index[3]
+    distance, bearings, halves = scratch[0], scratch[1], scratch[2]
+    count = near(pose, me, reach, grid, begin, robots, candidates, distance)
+    for n in range(count):
+        heap[n] = n
+    for root in range(count // 2 - 1, -1, -1):
+        sink(heap, distance, candidates, root, count)
+    # Who came before, in lists: one of those that cover more than a sector to either side, and one a sector.
+    wide = -1
+    first[:SECTORS] = -1
+    yaw = pose[me, 2]
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    found = 0
+    while count > 0 and found < len(who):
+        n = heap[0]
+        count -= 1
+        heap[0] = heap[count]
+        sink(heap, distance, candidates, 0, count)
+        other, gap = candidates[n], distance[n]
+        dx, dy = pose[other, 0] - pose[me, 0], pose[other, 1] - pose[me, 1]
+        bearing = np.arctan2(cos * dy - sin * dx, cos * dx + sin * dy)
+        visible = 1.0
+        if occlusion:
+            half = np.arcsin(min(radius / gap, 1.0)) if gap > 0.0 else np.pi / 2.0
+            bearings[n], halves[n] = bearing, half
+            hidden = marker_shadows(bearing, half, wide, first, after, bearings, halves)
+            if len(things) > 0:
+                hidden |= thing_shadows(bearing, half, gap, pose[me], objects, things)
+            if half > SECTOR:
+                after[n] = wide
+                wide = n
+            else:
+                sector = int(np.floor(bearing / SECTOR)) % SECTORS
+                after[n] = first[sector]
+                first[sector] = n
+            visible = 1.0 - bits_of(hidden) / len(RAYS)
+        if visible >= least and abs(bearing) <= half_fov:
+            who[found] = other
+            seen[found, 0], seen[found, 1], seen[found, 3] = gap, bearing, visible
+            seen[found, 2] = wrapped(pose[other, 2] - yaw)
+            found += 1
+    return found
+
+
+@compiled
+def bits_of(mask: int) -> int:
+    """Return how many of the rays are set."""
+    bits = 0
+    for ray in range(len(RAYS)):
+        bits += (mask >> ray) & 1
+    return bits
