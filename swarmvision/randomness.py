@@ -19,6 +19,7 @@ class Subsystem(IntEnum):
     SENSOR = 1
     CONTROLLER = 2
     TASK = 3
+    PROXIMITY = 4
 
 
 def stream(seed: int, subsystem: Subsystem, *key: int) -> np.random.Generator:
@@ -44,6 +45,31 @@ def draw(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[n
         for part in (*count, 1):
             mixed = _mix(mixed + np.asarray(part).astype(np.uint64) * _GOLDEN)
     return np.asarray((mixed >> np.uint64(11)).astype(np.float64) * 2.0**-53)
+
+
+def normal(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return one normally distributed number (mean 0, variance 1) for each key and count, as :func:`draw`.
+
+    G. E. P. Box, M. E. Muller, Ann. Math. Stat. 29, 1958, doi:10.1214/aoms/1177706645.
+    """
+    radius = np.sqrt(-2.0 * np.log1p(-draw(keys, *count, 0)))
+    return np.asarray(radius * np.cos(2.0 * np.pi * draw(keys, *count, 1)))
+
+
+class RobotKeys:
+    """The keys of a subsystem's robots for :func:`draw`, made when they are first asked for."""
+
+    def __init__(self, seed: int, subsystem: Subsystem) -> None:
+        self._seed, self._subsystem = seed, subsystem
+        self._keys = np.zeros(0, dtype=np.uint64)
+
+    def of(self, robots: int) -> NDArray[np.uint64]:
+        """Return the keys of the first robots, shape ``(robots,)``."""
+        known = len(self._keys)
+        if known < robots:
+            more = [hashed(self._seed, self._subsystem, robot) for robot in range(known, robots)]
+            self._keys = np.concatenate([self._keys, np.array(more, dtype=np.uint64)])
+        return self._keys[:robots]
 
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)

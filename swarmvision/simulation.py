@@ -96,7 +96,7 @@ class Simulation:
         self.seed = seed
         self.scene = starting_scene(scenario, stream(seed, Subsystem.START))
         self._world = World(scenario.arena, scenario.robot, self.scene)
-        self._body = Body(scenario)
+        self._body = Body(scenario, seed)
         self._teams = _teams(scenario, seed)
 
         def sensor(config: SensorConfig) -> Sensor:

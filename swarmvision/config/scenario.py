@@ -14,7 +14,7 @@ from swarmvision.config.arena import ARENAS, ArenaConfig, Place
 from swarmvision.config.controller import ControllerConfig, KobotConfig, LayerConfig
 from swarmvision.config.model import Settings, read_toml, validated
 from swarmvision.config.robot import RobotConfig
-from swarmvision.config.sensor import CameraSensorConfig, SensorConfig
+from swarmvision.config.sensor import CameraSensorConfig, ProximityConfig, SensorConfig
 from swarmvision.errors import ConfigError, unknown_name
 
 
@@ -110,6 +110,9 @@ class ScenarioConfig(Settings):
 
     sensor: SensorConfig = CameraSensorConfig()
     """How they sense each other."""
+
+    proximity: ProximityConfig | None = None
+    """The infrared ring of every robot; none where not given."""
 
     controller: ControllerConfig = KobotConfig()
     """What they do."""

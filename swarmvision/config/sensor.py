@@ -101,6 +101,20 @@ class CameraSensorConfig(Settings):
         return _preset("imperfections", value, IMPERFECTIONS)
 
 
+class ProximityConfig(Settings):
+    """A ring of eight short-range infrared sectors, beside whatever else the robots sense with."""
+
+    reach: Annotated[float, Field(gt=0, le=5)] = 0.25
+    """Farthest range from the robot's centre (m): Kobot's 20 cm, from the edge of a body of 10 cm."""
+
+    levels: Annotated[int, Field(ge=0, le=1000)] = 7
+    """Equal steps into which ranges between body and reach fall, each read as its middle; 0 for no steps. The
+    constants of Kobot's law, 16 = (7 - 3)^2 and 49 = 7^2, imply seven."""
+
+    noise: Annotated[float, Field(ge=0, le=1)] = 0.005
+    """Standard deviation of a range before it falls into a step (m); a start value of ours."""
+
+
 SensorConfig = Annotated[CameraSensorConfig | TruthSensorConfig, Field(discriminator="kind")]
 
 
