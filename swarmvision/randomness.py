@@ -9,7 +9,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 
 class Subsystem(IntEnum):
@@ -32,6 +32,17 @@ def hashed(seed: int, subsystem: Subsystem, *key: int) -> int:
     """Return one number in 0..2**63 - 1 for a key, for kernels that hash instead of drawing."""
     sequence = np.random.SeedSequence(entropy=seed, spawn_key=(int(subsystem), *key))
     return int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1))
+
+
+def numbered(keys: ArrayLike, number: ArrayLike) -> NDArray[np.int64]:
+    """Return one number in 0..2**63 - 1 for keys of :func:`hashed` and counts that broadcast, as hashed.
+
+    The ``number``-th of SplitMix64 begun at the key, see :func:`draw`.
+    """
+    steps = np.asarray(number, dtype=np.uint64) + np.uint64(1)
+    with np.errstate(over="ignore"):  # it is meant to wrap
+        mixed = _mix(np.asarray(keys, dtype=np.uint64) + steps * _GOLDEN)
+    return np.asarray((mixed >> np.uint64(1)).astype(np.int64))
 
 
 def draw(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[np.float64]:

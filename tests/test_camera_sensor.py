@@ -117,3 +117,63 @@ def test_between_two_scenes_yaw_takes_the_short_way() -> None:
     last = Scene.at_rest([[1, 2, -3.0]])
     middle = between(first, last, 0.5).pose[0]
     np.testing.assert_allclose(middle, [0.5, 1.0, np.pi], atol=1e-12)
+
+
+def glimpses(steps: int, robots: int = 3, workers: int = 1, **settings: object) -> list[Estimates]:
+    """What a ring of robots believes while everybody turns on the spot."""
+    watching = sensor(robots, workers, rig="ring-4", **settings)
+    world = World(ARENA, ROBOT, Scene.at_rest(CIRCLE[:robots]))
+    turn, out = Commands(np.zeros(robots), np.ones(robots)), []
+    for _ in range(steps):
+        out.append(watching.sense(world.scene))
+        world.step(turn, 0.1, 4)
+    return out
+
+
+def test_a_dead_robot_sees_nobody_and_shifts_nothing_of_others() -> None:
+    clean, broken = glimpses(4), glimpses(4, faults={"dead": [1, 77]})
+    for one, other in zip(clean, broken, strict=True):
+        assert not other.seen[1].any()
+        for robot in (0, 2):
+            assert same(sorted_by_bearing(one, robot), sorted_by_bearing(other, robot))
+
+
+def test_a_stuck_camera_goes_on_showing_its_first_picture() -> None:
+    scene = Scene.at_rest(CIRCLE)
+    stuck = sensor(5, keep=True, rig="single", faults={"stuck": [2]})
+    well = sensor(5, keep=True, rig="single")
+    world = World(ARENA, ROBOT, scene)
+    for step in range(3):
+        for one in (stuck, well):
+            one.sense(world.scene)
+        if step == 0:
+            first = stuck.pictures[2]
+        world.step(Commands(np.zeros(5), np.ones(5)), 0.1, 4)
+    np.testing.assert_array_equal(stuck.pictures[2].image, first.image)
+    np.testing.assert_array_equal(stuck.pictures[2].pose, first.pose)
+    assert not np.array_equal(well.pictures[2].image, first.image)
+    np.testing.assert_array_equal(stuck.pictures[0].image, well.pictures[0].image)
+
+
+@pytest.mark.parametrize("workers", [2, 3])
+def test_faults_losses_and_lateness_are_the_same_for_any_number_of_workers(workers: int) -> None:
+    faults = {"dead": [0], "stuck": [1]}
+    spoiled = {"dropped": 0.3, "late": 0.3, "lateness": 0.15}
+    runs = [glimpses(5, 4, workers=w, faults=faults, imperfections=spoiled) for w in (1, workers)]
+    assert all(same(one, two) for one, two in zip(*runs, strict=True))
+
+
+def test_a_lost_picture_is_coasted_over_and_all_lost_is_blindness() -> None:
+    assert not any(e.seen.any() for e in glimpses(3, imperfections={"dropped": 1.0}))
+    some = glimpses(12, imperfections={"dropped": 0.4, "late": 0.0})
+    ages = np.concatenate([e.age[e.seen] for e in some])
+    assert (ages == 0.0).any()
+    assert ((ages > 0.05) & (ages < 1.0)).any()
+
+
+def test_a_camera_that_is_set_up_late_reads_no_pictures_of_the_past() -> None:
+    watching = sensor(5, keep=True)
+    scene = Scene.at_rest(CIRCLE)
+    late = Scene(**{f.name: getattr(scene, f.name) for f in fields(Scene)} | {"time": 3.7})
+    assert watching.sense(late).seen.any()
+    assert len(watching.pictures) == 35

@@ -17,7 +17,7 @@ from swarmvision.drive import Drive
 from swarmvision.errors import ConfigError, DataError
 from swarmvision.geometry import cartesian, compose, inverse, polar, wrap
 from swarmvision.marker import SHAPES, Marker
-from swarmvision.randomness import Subsystem, stream
+from swarmvision.randomness import Subsystem, hashed, numbered, stream
 
 finite = st.floats(-1e3, 1e3)
 pose = st.tuples(finite, finite, st.floats(-10, 10))
@@ -183,3 +183,10 @@ def test_streams_are_apart_and_repeat() -> None:
     other = stream(5, Subsystem.SENSOR, 4).random(4)
     np.testing.assert_array_equal(one, again)
     assert not np.array_equal(one, other)
+
+
+def test_numbered_is_split_mix_without_its_lowest_bit() -> None:
+    published = [6457827717110365317, 3203168211198807973, 9817491932198370423]  # of the seed 1234567
+    assert numbered(1234567, np.arange(3)).tolist() == [number >> 1 for number in published]
+    key = hashed(5, Subsystem.SENSOR, 1, 2)
+    assert len(set(numbered(key, np.arange(1000)).tolist())) == 1000

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from dataclasses import fields
 from itertools import permutations
 
@@ -13,8 +17,9 @@ from scipy.optimize import linear_sum_assignment
 from swarmvision.config.sensor import TrackerConfig
 from swarmvision.data import Estimates, Frame
 from swarmvision.geometry import compose, inverse, polar, wrap
+from swarmvision.perception.assignment import assignment
 from swarmvision.perception.fuse import robot_frame
-from swarmvision.perception.track import Tracker, assignment
+from swarmvision.perception.track import MOST_TRACKS, Tracker
 
 STD = (0.003, 0.002, 0.05)
 
@@ -137,6 +142,75 @@ def test_a_neighbour_is_reported_once_confirmed() -> None:
     assert len(tracker.step(measured([[0.5, 0, 0]]), 0, 0, 0.1).seen) == 1
 
 
+def test_birth_takes_enough_looks_in_time() -> None:
+    here, nobody = measured([[0.5, 0, 0]]), Estimates.empty((0,))
+
+    def told(*looks: bool) -> list[int]:
+        tracker = Tracker(TrackerConfig(confirm=2, confirm_within=3))
+        return [len(tracker.step(here if look else nobody, 0, 0, 0.1).seen) for look in looks]
+
+    assert told(True, False, True, False, False) == [0, 0, 1, 1, 1]
+    assert told(True, False, False, True, False, True) == [0, 0, 0, 0, 0, 1]  # begun anew
+    tracker = Tracker(TrackerConfig(confirm=2, confirm_within=3))
+    tracker.step(here, 0, 0, 0.1)
+    for _ in range(3):  # without a picture nothing is held against it
+        tracker.step(None, 0, 0, 0.1)
+    assert tracker.step(here, 0, 0, 0.1).track.tolist() == [0]
+
+
+def test_mirrored_neighbours_make_mirrored_tracks() -> None:
+    flip = np.array([1.0, -1.0, -1.0])
+    left, right = Tracker(TrackerConfig()), Tracker(TrackerConfig())
+    for step in range(8):
+        poses = np.array([[0.5 + 0.01 * step, 0.1, 0.3], [0.3, -0.2 + 0.02 * step, 2.0 + 0.1 * step]])
+        one = left.step(measured(poses), 0.1, 0.4, 0.1)
+        two = right.step(measured(poses * flip), 0.1, -0.4, 0.1)
+        np.testing.assert_allclose(one.range, two.range, atol=1e-12)
+        np.testing.assert_allclose(one.bearing, -two.bearing, atol=1e-12)
+        np.testing.assert_allclose(wrap(one.heading + two.heading), 0.0, atol=1e-12)
+
+
+def test_a_crowd_beyond_the_room_for_tracks_is_cut_to_the_nearest() -> None:
+    angles = np.linspace(-3.0, 3.0, MOST_TRACKS + 20)
+    crowd = np.column_stack(
+        [(0.5 + 0.01 * angles) * np.cos(angles), (0.5 + 0.01 * angles) * np.sin(angles), angles]
+    )
+    tracker = Tracker(TrackerConfig())
+    seen = tracker.step(measured(crowd), 0, 0, 0.1)
+    assert len(seen.seen) == MOST_TRACKS
+    assert seen.range.max() < 0.53
+
+
+def test_kernels_say_the_same_uncompiled() -> None:
+    code = "import sys; sys.path.insert(0, 'tests'); from test_track import history; print(history())"
+    plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    there = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=plain
+    )
+    np.testing.assert_allclose(np.array(json.loads(there.stdout)), np.array(json.loads(history())), atol=1e-9)
+
+
+def history() -> str:
+    """A short life of a tracker, as text."""
+    tracker, out = Tracker(TrackerConfig()), []
+    lenses = LENSES[:2]
+    for step in range(6):
+        poses = [[0.5, 0.1 * step - 0.3, 0.4], [0.6, 0.3 - 0.1 * step, np.nan], [0.52, 0.2, 2.0]]
+        fused = robot_frame([measured(poses, lens, "lens") for lens in lenses], lenses)
+        seen = tracker.step(fused, 0.1, 0.5, 0.1)
+        out.append([seen.range.tolist()[:3], seen.bearing.tolist()[:3], seen.covariance[:3, 1, 1].tolist()])
+    return json.dumps(out)
+
+
+def test_a_contested_neighbour_goes_to_the_track_that_fits_best() -> None:
+    tracker = Tracker(TrackerConfig())
+    for _ in range(5):
+        tracker.step(measured([[0.5, 0.0, 0.0], [0.5, 0.12, 0.0]]), 0, 0, 0.1)
+    # The second is hidden; its own place is empty, and the first must not be taken for it.
+    seen = tracker.step(measured([[0.5, 0.01, 0.0]]), 0, 0, 0.1)
+    assert seen.age.tolist() == [0.0, pytest.approx(0.1)]
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_the_assignment_is_the_cheapest(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -165,3 +239,25 @@ def test_fusing_keeps_untold_headings_and_two_neighbours_apart() -> None:
     assert np.isnan(fused.heading).sum() == 1
     assert np.isnan(fused.covariance[np.isnan(fused.heading), 2, 2]).all()
     assert len(robot_frame([Estimates.empty((0,), "lens")] * 3, LENSES).seen) == 0
+
+
+def test_who_tells_no_heading_still_helps_with_the_place() -> None:
+    pose = [0.4, 0.3, 0.7]
+    blind = [0.4, 0.3, np.nan]
+    for one, two in ((pose, blind), (blind, pose)):
+        readings = [measured([one], LENSES[0], "lens"), measured([two], LENSES[1], "lens")]
+        fused = robot_frame(readings, LENSES[:2])
+        np.testing.assert_allclose(world_poses(fused, (0, 0, 0)), [pose], atol=1e-9)
+        alone = robot_frame([measured([pose], LENSES[0], "lens")], LENSES[:1])
+        assert np.linalg.det(fused.covariance[0]) < np.linalg.det(alone.covariance[0])
+    both = robot_frame([measured([blind], lens, "lens") for lens in LENSES[:2]], LENSES[:2])
+    assert np.isnan(both.heading[0])
+    assert np.isfinite(both.covariance[0, :2, :2]).all()
+
+
+def test_the_order_of_lenses_does_not_matter() -> None:
+    poses = [[0.4, 0.3, 0.7], [0.5, -0.3, 1.0]]
+    readings = [measured(poses, lens, "lens") for lens in LENSES]
+    one, two = robot_frame(readings, LENSES), robot_frame(readings[::-1], LENSES[::-1])
+    np.testing.assert_allclose(one.range, two.range, atol=1e-12)
+    np.testing.assert_allclose(one.covariance, two.covariance, atol=1e-12)

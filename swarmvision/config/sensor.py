@@ -26,7 +26,11 @@ class TrackerConfig(Settings):
     """Largest squared Mahalanobis distance of a match: 99.9 % of chi-squared with 3 degrees of freedom."""
 
     confirm: Annotated[int, Field(ge=1, le=10)] = 1
-    """Measurements before a new neighbour is reported."""
+    """Measurements before a new neighbour is reported. Ours: one, because a reading is hardly ever a phantom;
+    2 within 3 looks is the usual caution, and costs a look."""
+
+    confirm_within: Annotated[int, Field(ge=1, le=20)] = 3
+    """Looks in which it must have had them; else it is forgotten."""
 
     acceleration: Annotated[float, Field(gt=0, le=100)] = 0.5
     """Spread of a neighbour's unknown acceleration (m/s^2)."""
@@ -51,6 +55,19 @@ class TruthSensorConfig(Settings):
 
     neighbours: Annotated[int, Field(ge=1, le=10_000)] | None = None
     """Slots for the nearest neighbours; one for every other robot where not given."""
+
+
+RobotNumbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(max_length=10_000)]
+
+
+class FaultsConfig(Settings):
+    """Which robots' sensors are broken; robots are counted from 0, and numbers of no robot break nothing."""
+
+    dead: RobotNumbers = ()
+    """They never see anything."""
+
+    stuck: RobotNumbers = ()
+    """Every lens of theirs goes on delivering its first picture."""
 
 
 class CameraSensorConfig(Settings):
@@ -84,6 +101,9 @@ class CameraSensorConfig(Settings):
 
     tracker: TrackerConfig = TrackerConfig()
     """Memory between pictures."""
+
+    faults: FaultsConfig = FaultsConfig()
+    """Broken cameras."""
 
     @field_validator("lens", mode="before")
     @classmethod

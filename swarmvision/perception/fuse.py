@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from swarmvision.data import Estimates
-from swarmvision.geometry import FloatArray, wrap
+from swarmvision.compiled import compiled
+from swarmvision.data import Estimates, IntArray
+from swarmvision.geometry import FloatArray
+from swarmvision.perception.kalman import improve
+from swarmvision.perception.planar import plane_from_polar, polar_from_plane
 
 NEAREST_AXES = 0.08  # m: two robots' axes cannot be nearer, so what is nearer is one robot
 
@@ -24,77 +29,97 @@ def robot_frame(readings: list[Estimates], robot_from_lens: FloatArray) -> Estim
         Nearest first, robot frame, shape ``(k,)``.
     """
     counts = [len(reading.seen) for reading in readings]
-    if sum(counts) == 0:
-        return Estimates.empty((0,))
-    pose = np.repeat(robot_from_lens, counts, axis=0)
-    lens_range = np.concatenate([reading.range for reading in readings])
-    direction = np.concatenate([reading.bearing for reading in readings]) + pose[:, 2]
-    heading = wrap(np.concatenate([reading.heading for reading in readings]) + pose[:, 2])
-    visible = np.concatenate([reading.visible for reading in readings])
-    x = pose[:, 0] + lens_range * np.cos(direction)
-    y = pose[:, 1] + lens_range * np.sin(direction)
-    distance, bearing = np.hypot(x, y), np.arctan2(y, x)
-    # Jacobian of (range, bearing) at the robot by (range, bearing) at the lens.
-    turn = direction - bearing
-    change = np.zeros((len(x), 3, 3))
-    change[:, 0, 0], change[:, 0, 1] = np.cos(turn), -lens_range * np.sin(turn)
-    change[:, 1, 0], change[:, 1, 1] = np.sin(turn) / distance, lens_range * np.cos(turn) / distance
-    change[:, 2, 2] = 1.0
-    blind = np.isnan(heading)
-    covariance = np.concatenate([reading.covariance for reading in readings])
-    covariance[blind, 2, :] = covariance[blind, :, 2] = 0.0
-    covariance = change @ covariance @ np.swapaxes(change, -1, -2)
-    rows = np.column_stack([distance, bearing, heading])
-    if len(rows) > 1:
-        rows, covariance, visible = _merged(rows, covariance, visible)
-    blind = np.isnan(rows[:, 2])
-    covariance[blind, 2, :] = covariance[blind, :, 2] = np.nan
-    k = len(rows)
+    total = sum(counts)
+    polar, covariance = np.empty((total, 4)), np.empty((total, 3, 3))
+    for reading, end in zip(readings, np.cumsum(counts, dtype=int), strict=True):
+        lens_rows(reading, polar[end - len(reading.seen) : end], covariance[end - len(reading.seen) : end])
+    rows, spreads = np.empty((total, 4)), np.empty((total, 3, 3))
+    lenses = np.repeat(np.arange(len(counts)), counts)
+    mounts = np.ascontiguousarray(robot_from_lens, dtype=np.float64)
+    k = fuse(polar, covariance, lenses, mounts, math.inf, rows, spreads)
+    for i in range(k):
+        polar_from_plane(rows[i], spreads[i], not math.isnan(rows[i, 2]), polar[i], covariance[i])
     return Estimates(
         seen=np.ones(k, dtype=bool),
-        range=rows[:, 0],
-        bearing=wrap(rows[:, 1]),
-        heading=rows[:, 2],
-        covariance=covariance,
+        range=polar[:k, 0],
+        bearing=polar[:k, 1],
+        heading=polar[:k, 2],
+        covariance=covariance[:k],
         age=np.zeros(k),
         track=np.full(k, -1),
-        visible=visible,
+        visible=rows[:k, 3],
     )
 
 
-def _merged(
-    rows: FloatArray, covariance: FloatArray, visible: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Join rows ``(n, 3)`` whose places are nearer than two robots can be; nearest first."""
-    places = rows[:, 0] * np.exp(1j * rows[:, 1])
-    left = list(np.lexsort((rows[:, 1], rows[:, 0])))
-    out_rows, out_covariance, out_visible = [], [], []
-    while left:
-        first = left.pop(0)
-        same = [first] + [i for i in left if abs(places[i] - places[first]) < NEAREST_AXES]
-        left = [i for i in left if i not in same]
-        row, spread = rows[first], covariance[first]
-        for other in same[1:]:
-            row, spread = _weighted(row, spread, rows[other], covariance[other])
-        out_rows.append(row)
-        out_covariance.append(spread)
-        out_visible.append(visible[same].max())
-    return np.array(out_rows), np.array(out_covariance), np.array(out_visible)
+def lens_rows(reading: Estimates, polar: FloatArray, covariance: FloatArray) -> None:
+    """Write a reading ``(k,)`` as :func:`fuse` takes it: ``(k, 4)`` and ``(k, 3, 3)``."""
+    polar[:, 0], polar[:, 1], polar[:, 2] = reading.range, reading.bearing, reading.heading
+    polar[:, 3], covariance[:] = reading.visible, reading.covariance
 
 
-def _weighted(
-    one: FloatArray, one_covariance: FloatArray, two: FloatArray, two_covariance: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the information-weighted mean of two estimates and its covariance."""
-    if np.isnan(two[2]) or np.isnan(one[2]):
-        blind_one = np.isnan(one[2])
-        keep, keep_covariance = (two, two_covariance) if blind_one else (one, one_covariance)
-        return keep, keep_covariance
-    difference = two - one
-    difference[1:] = wrap(difference[1:])
-    gain = one_covariance @ np.linalg.inv(one_covariance + two_covariance)
-    mean = one + gain @ difference
-    mean[1:] = wrap(mean[1:])
-    rest = np.eye(3) - gain
-    joined = rest @ one_covariance @ rest.T + gain @ two_covariance @ gain.T
-    return mean, joined
+@compiled
+def fuse(
+    polar: FloatArray,
+    covariance: FloatArray,
+    lens: IntArray,
+    mounts: FloatArray,
+    reach: float,
+    rows: FloatArray,
+    spreads: FloatArray,
+) -> int:
+    """Write every neighbour once, in the plane of the robot, nearest first; return how many.
+
+    Args:
+        polar: Range (m), bearing, heading (rad; nan where not told), visible, by lens, ``(n, 4)``.
+        covariance: Of the first three, ``(n, 3, 3)``.
+        lens: Which lens saw each, ``(n,)``.
+        mounts: x, y, yaw of the lenses on the robot, ``(lenses, 3)``.
+        reach: Who is farther from the robot's axis is left out (m).
+        rows: Out, x, y, psi, visible, room for ``n``.
+        spreads: Out, covariances of x, y, psi, room for ``n``.
+    """
+    n = len(polar)
+    far, order = np.empty(n), np.empty(n, np.int64)
+    plane, plane_spread = np.empty((n, 4)), np.empty((n, 3, 3))
+    for k in range(n):
+        plane_from_polar(polar[k], covariance[k], mounts[lens[k]], plane[k], plane_spread[k])
+        plane[k, 3] = polar[k, 3]
+        far[k] = math.hypot(plane[k, 0], plane[k, 1])
+        place = k
+        while place > 0 and far[order[place - 1]] > far[k]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = k
+    fused = 0
+    used = np.zeros(n, np.bool_)
+    for a in range(n):
+        first = order[a]
+        if used[first]:
+            continue
+        row, spread = rows[fused], spreads[fused]
+        row[:], spread[:, :] = plane[first], plane_spread[first]
+        for b in range(a + 1, n):
+            other = order[b]
+            if far[other] >= far[first] + NEAREST_AXES:
+                break
+            away = math.hypot(plane[other, 0] - plane[first, 0], plane[other, 1] - plane[first, 1])
+            if not used[other] and away < NEAREST_AXES:
+                used[other] = True
+                _join(row, spread, plane[other], plane_spread[other])
+        if math.hypot(row[0], row[1]) <= reach:
+            fused += 1
+    return fused
+
+
+@compiled
+def _join(row: FloatArray, spread: FloatArray, other: FloatArray, other_spread: FloatArray) -> None:
+    """Improve a row by another of the same neighbour; who tells no heading helps with the place."""
+    told = 2 if math.isnan(other[2]) else 3
+    most_visible = max(row[3], other[3])
+    if math.isnan(row[2]) and told == 3:  # begin with the one that tells more
+        start, start_spread = other.copy(), other_spread.copy()
+        improve(start[:3], start_spread, row, spread, 2)
+        row[:], spread[:, :] = start, start_spread
+    else:
+        improve(row[:3], spread, other, other_spread, told)
+    row[3] = most_visible

@@ -1,25 +1,30 @@
-"""One robot's neighbours over time: prediction, gating, assignment, age.
+"""The neighbours of many robots over time: prediction, gating, assignment, birth, age.
 
-Each neighbour is a constant-velocity track in the observer's own frame: place (x, y), heading psi
-and their rates over ground, with an extended Kalman filter (Joseph form, so covariances stay
-positive definite). The observer's own motion, by its encoders, turns and shifts the frame.
-Measurements are assigned all at once by least total Mahalanobis distance.
+Each neighbour is a constant-velocity track in its observer's own frame, see
+:mod:`swarmvision.perception.kalman`; the observer's own motion, by its encoders, turns and shifts
+the frame. Measurements are assigned all at once, where a match costs its squared Mahalanobis
+distance and a track that goes without costs the gate. The tracks of all robots are one set of
+arrays; kernels work on one robot's row of them, so that threads may share it robot by robot.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from swarmvision.data import Estimates
-from swarmvision.geometry import FloatArray, wrap
+from swarmvision.compiled import compiled
+from swarmvision.data import BoolArray, Estimates, IntArray
+from swarmvision.geometry import FloatArray
+from swarmvision.perception.assignment import assignment
+from swarmvision.perception.kalman import STATE, carry_on, improve, squared_distance
+from swarmvision.perception.planar import plane_from_polar, polar_from_plane
 
 if TYPE_CHECKING:
     from swarmvision.config.sensor import TrackerConfig
 
+MOST_TRACKS = 128  # of one robot; who would be one more is not taken up
 FIRST_SPEED_STD = 0.15  # m/s: spread of a new neighbour's velocity, about a Zumo's cruise
 FIRST_TURN_STD = 1.0  # rad/s
 UNTOLD_HEADING_STD = math.pi  # rad: a heading that was never told
@@ -27,26 +32,121 @@ OWN_PLACE = 0.02  # m: a track predicted into the observer itself is wrong
 POSITION_GATE_SHARE = 0.846  # 99.9 % of chi-squared with 2 over that with 3 degrees of freedom
 
 
-@dataclass(eq=False, slots=True)
-class _Track:
-    """A neighbour: state x, y, psi, vx, vy, psi rate, in the observer's frame."""
+class Tracks(NamedTuple):
+    """What robots remember, ``t`` slots each; the first ``used`` hold somebody, by rising number."""
 
-    number: int
+    used: IntArray
+    """Shape ``(r,)``."""
+    issued: IntArray
+    """How many numbers have been given so far, shape ``(r,)``."""
     state: FloatArray
+    """x, y, psi and their rates, shape ``(r, t, 6)``."""
     covariance: FloatArray
-    age: float
-    hits: int
-    visible: float
-    told_heading: bool
+    """Shape ``(r, t, 6, 6)``."""
+    age: FloatArray
+    """Since the last measurement (s), shape ``(r, t)``."""
+    visible: FloatArray
+    """At that measurement, shape ``(r, t)``."""
+    number: IntArray
+    """Shape ``(r, t)``."""
+    hits: IntArray
+    """Measurements so far, shape ``(r, t)``."""
+    looks: IntArray
+    """Looks since birth, that of birth counted, shape ``(r, t)``."""
+    told: BoolArray
+    """Whether a heading was ever told, shape ``(r, t)``."""
+    sure: BoolArray
+    """Whether it is confirmed, shape ``(r, t)``."""
+
+    @classmethod
+    def of(cls, robots: int, slots: int = MOST_TRACKS) -> Tracks:
+        """Return the tracks of robots who know nobody yet."""
+        shape = (robots, slots)
+        return cls(
+            used=np.zeros(robots, np.int64),
+            issued=np.zeros(robots, np.int64),
+            state=np.empty((*shape, STATE)),
+            covariance=np.empty((*shape, STATE, STATE)),
+            age=np.empty(shape),
+            visible=np.empty(shape),
+            number=np.empty(shape, np.int64),
+            hits=np.empty(shape, np.int64),
+            looks=np.empty(shape, np.int64),
+            told=np.empty(shape, np.bool_),
+            sure=np.empty(shape, np.bool_),
+        )
+
+
+class Law(NamedTuple):
+    """The settings of a tracker as kernels take them; the names are those of the settings."""
+
+    memory: float
+    gate: float
+    confirm: int
+    confirm_within: int
+    acceleration: float
+    turn_acceleration: float
+
+    @classmethod
+    def of(cls, config: TrackerConfig) -> Law:
+        """Return the law that settings describe."""
+        return cls(
+            float(config.memory),
+            float(config.gate),
+            int(config.confirm),
+            int(config.confirm_within),
+            float(config.acceleration),
+            float(config.turn_acceleration),
+        )
+
+
+class Beliefs(NamedTuple):
+    """What robots believe, before it is padded: the first ``used`` of ``t`` slots; as :class:`Estimates`."""
+
+    used: IntArray
+    """Shape ``(r,)``."""
+    polar: FloatArray
+    """Range, bearing, heading, age, visible, shape ``(r, t, 5)``."""
+    covariance: FloatArray
+    """Shape ``(r, t, 3, 3)``."""
+    number: IntArray
+    """Shape ``(r, t)``."""
+
+    @classmethod
+    def of(cls, robots: int, slots: int = MOST_TRACKS) -> Beliefs:
+        """Return room for the beliefs of robots."""
+        shape = (robots, slots)
+        return cls(
+            np.zeros(robots, np.int64),
+            np.empty((*shape, 5)),
+            np.empty((*shape, 3, 3)),
+            np.empty(shape, np.int64),
+        )
+
+    def estimates(self) -> Estimates:
+        """Return them padded, robot frame, shape ``(r, k)``; k is the most that one robot believes in."""
+        k = int(self.used.max(initial=0))
+        seen = np.arange(k) < self.used[:, None]
+        polar = np.where(seen[..., None], self.polar[:, :k], math.nan)
+        return Estimates(
+            seen=seen,
+            range=polar[..., 0],
+            bearing=polar[..., 1],
+            heading=polar[..., 2],
+            covariance=np.where(seen[..., None, None], self.covariance[:, :k], math.nan),
+            age=polar[..., 3],
+            track=np.where(seen, self.number[:, :k], -1),
+            visible=np.where(seen, polar[..., 4], 0.0),
+        )
 
 
 class Tracker:
     """Remembers the neighbours of one robot between pictures."""
 
     def __init__(self, config: TrackerConfig) -> None:
-        self._config = config
-        self._tracks: tuple[_Track, ...] = ()
-        self._next = 0
+        self._law = Law.of(config)
+        self._tracks = Tracks.of(1)
+        self._beliefs = Beliefs.of(1)
 
     def step(self, estimates: Estimates | None, speed: float, turn_rate: float, dt: float) -> Estimates:
         """Carry the tracks on, take in what was seen, and return what is believed now.
@@ -60,205 +160,184 @@ class Tracker:
         Returns:
             Every neighbour that is remembered, in the order of its track number, robot frame, ``(n,)``.
         """
-        tracks = [self._predicted(track, speed, turn_rate, dt) for track in self._tracks]
+        predict(self._tracks, 0, float(speed), float(turn_rate), float(dt), self._law)
         if estimates is not None:
-            tracks = self._taken_in(tracks, estimates.select(estimates.seen))
-        memory = self._config.memory
-        self._tracks = tuple(
-            track
-            for track in tracks
-            if track.age <= memory and math.hypot(track.state[0], track.state[1]) > OWN_PLACE
+            take_in(self._tracks, 0, *plane_rows(estimates.select(estimates.seen)), self._law)
+        forget(self._tracks, 0, self._law)
+        believe(self._tracks, 0, 0.0, 0.0, 0.0, self._law, self._beliefs)
+        return self._beliefs.estimates().select(0)
+
+
+def plane_rows(seen: Estimates) -> tuple[FloatArray, FloatArray]:
+    """Return robot-frame estimates ``(k,)`` as x, y, psi, visible ``(k, 4)`` and covariances."""
+    k = len(seen.seen)
+    rows, spreads = np.empty((k, 4)), np.empty((k, 3, 3))
+    polar = np.column_stack([seen.range, seen.bearing, seen.heading])
+    for i in range(k):
+        plane_from_polar(polar[i], seen.covariance[i], np.zeros(3), rows[i], spreads[i])
+    rows[:, 3] = seen.visible
+    return rows, spreads
+
+
+@compiled
+def predict(tracks: Tracks, r: int, speed: float, turn_rate: float, dt: float, law: Law) -> None:
+    """Carry a robot's tracks on by ``dt`` (s) while it drives at a speed (m/s) and turn rate (rad/s)."""
+    for i in range(tracks.used[r]):
+        carry_on(
+            tracks.state[r, i],
+            tracks.covariance[r, i],
+            speed,
+            turn_rate,
+            dt,
+            law.acceleration,
+            law.turn_acceleration,
         )
-        return _believed([track for track in self._tracks if track.hits >= self._config.confirm])
-
-    def _predicted(self, track: _Track, speed: float, turn_rate: float, dt: float) -> _Track:
-        if dt <= 0.0:
-            return track
-        turn = turn_rate * dt
-        # The observer's way in its old frame: an arc.
-        chord = speed * dt * math.sin(turn / 2.0) / (turn / 2.0) if abs(turn) > 1e-9 else speed * dt
-        ahead, aside = chord * math.cos(turn / 2.0), chord * math.sin(turn / 2.0)
-        cos, sin = math.cos(turn), math.sin(turn)
-        back = np.array([[cos, sin], [-sin, cos]])
-        move = np.zeros((6, 6))
-        move[:2, :2] = move[3:5, 3:5] = back
-        move[:2, 3:5] = back * dt
-        move[2, 2] = move[5, 5] = 1.0
-        move[2, 5] = dt
-        state = move @ track.state
-        state[:2] -= back @ (ahead, aside)
-        state[2] = wrap(state[2] - turn)
-        noise = np.zeros((6, 6))
-        for place, rate, acceleration in (
-            (0, 3, self._config.acceleration),
-            (1, 4, self._config.acceleration),
-            (2, 5, self._config.turn_acceleration),
-        ):
-            # White acceleration over the step.
-            noise[place, place] = acceleration**2 * dt**4 / 4.0
-            noise[place, rate] = noise[rate, place] = acceleration**2 * dt**3 / 2.0
-            noise[rate, rate] = acceleration**2 * dt**2
-        covariance = move @ track.covariance @ move.T + noise
-        return _Track(
-            track.number, state, covariance, track.age + dt, track.hits, track.visible, track.told_heading
-        )
-
-    def _taken_in(self, tracks: list[_Track], seen: Estimates) -> list[_Track]:
-        rank = np.lexsort((seen.bearing, seen.range))  # so that the order of detections does not matter
-        rows = [_Measurement.of(seen, int(i)) for i in rank]
-        pairs = _assigned(tracks, rows, self._config.gate)
-        out = [_updated(track, rows[pairs[i]]) if i in pairs else track for i, track in enumerate(tracks)]
-        for j, row in enumerate(rows):
-            if j not in pairs.values():
-                out.append(row.born(self._next))
-                self._next += 1
-        return out
+        tracks.age[r, i] += dt
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Measurement:
-    """A detection as x, y, psi with its covariance; psi nan where heading is not told."""
-
-    value: FloatArray
-    covariance: FloatArray
-    visible: float
-
-    @classmethod
-    def of(cls, seen: Estimates, i: int) -> _Measurement:
-        distance, bearing, heading = seen.range[i], seen.bearing[i], seen.heading[i]
-        cos, sin = math.cos(bearing), math.sin(bearing)
-        change = np.array([[cos, -distance * sin, 0.0], [sin, distance * cos, 0.0], [0.0, 0.0, 1.0]])
-        covariance = np.nan_to_num(seen.covariance[i], nan=0.0)
-        value = np.array([distance * cos, distance * sin, heading])
-        return cls(value, change @ covariance @ change.T, float(seen.visible[i]))
-
-    @property
-    def told(self) -> int:
-        """How many of x, y, psi are told."""
-        return 2 if math.isnan(self.value[2]) else 3
-
-    def born(self, number: int) -> _Track:
-        state = np.zeros(6)
-        state[: self.told] = self.value[: self.told]
-        covariance = np.zeros((6, 6))
-        covariance[:3, :3] = self.covariance
-        if self.told == 2:
-            covariance[2, :] = covariance[:, 2] = 0.0
-            covariance[2, 2] = UNTOLD_HEADING_STD**2
-        covariance[3, 3] = covariance[4, 4] = FIRST_SPEED_STD**2
-        covariance[5, 5] = FIRST_TURN_STD**2
-        return _Track(number, state, covariance, 0.0, 1, self.visible, self.told == 3)
-
-
-def _innovation(track: _Track, row: _Measurement) -> tuple[FloatArray, FloatArray]:
-    n = row.told
-    difference = row.value[:n] - track.state[:n]
-    if n == 3:
-        difference[2] = float(wrap(difference[2]))
-    return difference, track.covariance[:n, :n] + row.covariance[:n, :n]
-
-
-def _updated(track: _Track, row: _Measurement) -> _Track:
-    difference, spread = _innovation(track, row)
-    n = row.told
-    gain = track.covariance[:, :n] @ np.linalg.inv(spread)
-    state = track.state + gain @ difference
-    state[2] = wrap(state[2])
-    rest = np.eye(6)
-    rest[:, :n] -= gain
-    covariance = rest @ track.covariance @ rest.T + gain @ row.covariance[:n, :n] @ gain.T
-    covariance = (covariance + covariance.T) / 2.0
-    told = track.told_heading or n == 3
-    return _Track(track.number, state, covariance, 0.0, track.hits + 1, row.visible, told)
-
-
-def _assigned(tracks: list[_Track], rows: list[_Measurement], gate: float) -> dict[int, int]:
-    """Return track index -> measurement index of the cheapest assignment within the gate."""
-    if not tracks or not rows:
-        return {}
-    cost = np.full((len(tracks), len(rows)), np.inf)
-    for i, track in enumerate(tracks):
-        for j, row in enumerate(rows):
-            difference, spread = _innovation(track, row)
-            square = float(difference @ np.linalg.solve(spread, difference))
-            if square <= (gate if row.told == 3 else gate * POSITION_GATE_SHARE):
-                cost[i, j] = square
-    # An unmatched pair costs more than any match, so as many as possible are matched.
-    wall = gate * (len(tracks) + len(rows) + 1.0)
-    columns = assignment(np.where(np.isfinite(cost), cost, wall))
-    return {i: int(j) for i, j in enumerate(columns) if j >= 0 and np.isfinite(cost[i, j])}
-
-
-def assignment(cost: FloatArray) -> list[int]:
-    """Return for each row its column in the assignment of least total cost; -1 for a row without one.
-
-    The shortest augmenting path method in O(n^3): R. Jonker, A. Volgenant, Computing 38, 1987,
-    doi:10.1007/BF02278710, without their start heuristics.
+@compiled
+def take_in(tracks: Tracks, r: int, rows: FloatArray, spreads: FloatArray, law: Law) -> None:
+    """Improve a robot's tracks by what it sees, and begin new ones; the order of rows does not matter.
 
     Args:
-        cost: Finite, shape ``(rows, columns)``.
+        tracks: Of all robots, as predicted to the time of the picture.
+        r: Which robot.
+        rows: x, y, psi (nan where not told), visible, shape ``(k, 4)``.
+        spreads: Covariances, shape ``(k, 3, 3)``.
+        law: Gate and birth.
     """
-    rows, columns = cost.shape
-    if rows > columns:
-        partner = assignment(cost.T)
-        back = [-1] * rows
-        for column, row in enumerate(partner):
-            back[row] = column
-        return back
-    u, v = np.zeros(rows + 1), np.zeros(columns + 1)
-    row_of = np.zeros(columns + 1, dtype=int)  # 1-based; 0 is free
-    for row in range(1, rows + 1):
-        row_of[0] = row
-        column = 0
-        least = np.full(columns + 1, np.inf)
-        came_from = np.zeros(columns + 1, dtype=int)
-        used = np.zeros(columns + 1, dtype=bool)
-        while row_of[column] != 0:
-            used[column] = True
-            reduced = cost[row_of[column] - 1] - u[row_of[column]] - v[1:]
-            better = ~used[1:] & (reduced < least[1:])
-            least[1:][better] = reduced[better]
-            came_from[1:][better] = column
-            after = 1 + int(np.argmin(np.where(used[1:], np.inf, least[1:])))
-            step = least[after]
-            u[row_of[used]] += step
-            v[used] -= step
-            least[1:][~used[1:]] -= step
-            column = after
-        while column != 0:
-            row_of[column] = row_of[came_from[column]]
-            column = int(came_from[column])
-    partner_of = [-1] * rows
-    for column in range(1, columns + 1):
-        if row_of[column]:
-            partner_of[row_of[column] - 1] = column - 1
-    return partner_of
+    count = tracks.used[r]
+    order = _nearest_first(rows)
+    partner = _partners(tracks, r, rows, spreads, order, law)
+    for i in range(count):
+        tracks.looks[r, i] += 1
+    for k in range(len(order)):
+        row, spread, i = rows[order[k]], spreads[order[k]], partner[k]
+        told = 2 if math.isnan(row[2]) else 3
+        if i < 0:
+            _begin(tracks, r, row, spread, told)
+            continue
+        improve(tracks.state[r, i], tracks.covariance[r, i], row, spread, told)
+        tracks.age[r, i], tracks.visible[r, i] = 0.0, row[3]
+        tracks.hits[r, i] += 1
+        tracks.told[r, i] |= told == 3
+    for i in range(tracks.used[r]):
+        if tracks.hits[r, i] >= law.confirm:
+            tracks.sure[r, i] = True
 
 
-def _believed(tracks: list[_Track]) -> Estimates:
-    """Return tracks as estimates."""
-    k = len(tracks)
-    if k == 0:
-        return Estimates.empty((0,))
-    state = np.array([track.state for track in tracks])
-    covariance = np.array([track.covariance[:3, :3] for track in tracks])
-    distance = np.hypot(state[:, 0], state[:, 1])
-    bearing = np.arctan2(state[:, 1], state[:, 0])
-    cos, sin = np.cos(bearing), np.sin(bearing)
-    change = np.zeros((k, 3, 3))
-    change[:, 0, 0], change[:, 0, 1] = cos, sin
-    change[:, 1, 0], change[:, 1, 1] = -sin / distance, cos / distance
-    change[:, 2, 2] = 1.0
-    covariance = change @ covariance @ np.swapaxes(change, -1, -2)
-    untold = ~np.array([track.told_heading for track in tracks])
-    covariance[untold, 2, :] = covariance[untold, :, 2] = np.nan
-    return Estimates(
-        seen=np.ones(k, dtype=bool),
-        range=distance,
-        bearing=bearing,
-        heading=np.where(untold, np.nan, wrap(state[:, 2])),
-        covariance=covariance,
-        age=np.array([track.age for track in tracks]),
-        track=np.array([track.number for track in tracks]),
-        visible=np.array([track.visible for track in tracks]),
-    )
+@compiled
+def forget(tracks: Tracks, r: int, law: Law) -> None:
+    """Drop a robot's tracks that are too old, that were not confirmed in time or that lie in itself."""
+    kept = 0
+    for i in range(tracks.used[r]):
+        near = math.hypot(tracks.state[r, i, 0], tracks.state[r, i, 1]) <= OWN_PLACE
+        unconfirmed = not tracks.sure[r, i] and tracks.looks[r, i] >= law.confirm_within
+        if near or unconfirmed or tracks.age[r, i] > law.memory:
+            continue
+        if kept < i:
+            tracks.state[r, kept] = tracks.state[r, i]
+            tracks.covariance[r, kept] = tracks.covariance[r, i]
+            tracks.age[r, kept], tracks.visible[r, kept] = tracks.age[r, i], tracks.visible[r, i]
+            tracks.number[r, kept] = tracks.number[r, i]
+            tracks.hits[r, kept], tracks.looks[r, kept] = tracks.hits[r, i], tracks.looks[r, i]
+            tracks.told[r, kept], tracks.sure[r, kept] = tracks.told[r, i], tracks.sure[r, i]
+        kept += 1
+    tracks.used[r] = kept
+
+
+@compiled
+def believe(
+    tracks: Tracks, r: int, speed: float, turn_rate: float, dt: float, law: Law, beliefs: Beliefs
+) -> None:
+    """Write what a robot believes ``dt`` (s) after its tracks' time; the tracks stay as they are."""
+    state, covariance = np.empty(STATE), np.empty((STATE, STATE))
+    count = 0
+    for i in range(tracks.used[r]):
+        age = tracks.age[r, i] + dt
+        if not tracks.sure[r, i] or age > law.memory:
+            continue
+        state[:] = tracks.state[r, i]
+        covariance[:, :] = tracks.covariance[r, i]
+        carry_on(state, covariance, speed, turn_rate, dt, law.acceleration, law.turn_acceleration)
+        if math.hypot(state[0], state[1]) <= OWN_PLACE:
+            continue
+        polar = beliefs.polar[r, count]
+        polar_from_plane(state, covariance, tracks.told[r, i], polar, beliefs.covariance[r, count])
+        polar[3], polar[4] = age, tracks.visible[r, i]
+        beliefs.number[r, count] = tracks.number[r, i]
+        count += 1
+    beliefs.used[r] = count
+
+
+@compiled
+def _nearest_first(rows: FloatArray) -> IntArray:
+    """Return the order of rows by distance, then by x: it decides numbers, so chance must not."""
+    order = np.empty(len(rows), np.int64)
+    for k in range(len(rows)):
+        place, far = k, rows[k, 0] ** 2 + rows[k, 1] ** 2
+        while place > 0:
+            other = rows[order[place - 1]]
+            away = other[0] ** 2 + other[1] ** 2
+            if away < far or (away == far and other[0] <= rows[k, 0]):
+                break
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = k
+    return order
+
+
+@compiled
+def _partners(
+    tracks: Tracks, r: int, rows: FloatArray, spreads: FloatArray, order: IntArray, law: Law
+) -> IntArray:
+    """Return the track of each row, in order; -1 for a row that is nobody's."""
+    count = tracks.used[r]
+    cost = np.empty((len(order), count))
+    clear = True  # nobody wants what another one wants
+    suitors = np.zeros(count, np.int64)
+    partner = np.full(len(order), -1, np.int64)
+    for k in range(len(order)):
+        row, spread = rows[order[k]], spreads[order[k]]
+        told = 2 if math.isnan(row[2]) else 3
+        limit = law.gate if told == 3 else law.gate * POSITION_GATE_SHARE
+        for i in range(count):
+            square = squared_distance(tracks.state[r, i], tracks.covariance[r, i], row, spread, told, limit)
+            cost[k, i] = law.gate
+            if square <= limit:
+                cost[k, i] = square
+                clear = clear and partner[k] < 0 and suitors[i] == 0
+                partner[k] = i
+                suitors[i] += 1
+    if clear:
+        return partner
+    partner = assignment(cost)
+    for k in range(len(order)):
+        if partner[k] >= 0 and cost[k, partner[k]] >= law.gate:
+            partner[k] = -1
+    return partner
+
+
+@compiled
+def _begin(tracks: Tracks, r: int, row: FloatArray, spread: FloatArray, told: int) -> None:
+    """Begin a track with a measurement, if there is room."""
+    i = tracks.used[r]
+    if i == tracks.state.shape[1]:
+        return
+    state, covariance = tracks.state[r, i], tracks.covariance[r, i]
+    state[:] = 0.0
+    covariance[:, :] = 0.0
+    for a in range(told):
+        state[a] = row[a]
+        for b in range(told):
+            covariance[a, b] = spread[a, b]
+    if told == 2:
+        covariance[2, 2] = UNTOLD_HEADING_STD**2
+    covariance[3, 3] = covariance[4, 4] = FIRST_SPEED_STD**2
+    covariance[5, 5] = FIRST_TURN_STD**2
+    tracks.age[r, i], tracks.visible[r, i] = 0.0, row[3]
+    tracks.hits[r, i] = tracks.looks[r, i] = 1
+    tracks.told[r, i], tracks.sure[r, i] = told == 3, False
+    tracks.number[r, i] = tracks.issued[r]
+    tracks.issued[r] += 1
+    tracks.used[r] = i + 1
