@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,7 +120,7 @@ def test_between_two_scenes_yaw_takes_the_short_way() -> None:
     np.testing.assert_allclose(middle, [0.5, 1.0, np.pi], atol=1e-12)
 
 
-def glimpses(steps: int, robots: int = 3, workers: int = 1, **settings: object) -> list[Estimates]:
+def glimpses(steps: int, robots: int = 3, workers: int = 1, **settings: Any) -> list[Estimates]:
     """What a ring of robots believes while everybody turns on the spot."""
     watching = sensor(robots, workers, rig="ring-4", **settings)
     world = World(ARENA, ROBOT, Scene.at_rest(CIRCLE[:robots]))
