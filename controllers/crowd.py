@@ -65,13 +65,13 @@ class Crowd:
         return Crowd(np.where(inside, self.weight, 0.0), self.distance, self.towards, self.facing)
 
 
-def crowd(estimates: Estimates, reach: float, forget: float | None = None) -> Crowd:
+def crowd(estimates: Estimates, reach: float, forget: float = 0.0) -> Crowd:
     """Return the neighbours within a range.
 
     Args:
         estimates: Robot frame, shape ``(..., k)``; may be empty.
         reach: Neighbours farther away do not count (m).
-        forget: Time (s) in which what is not measured anew loses all but 1/e of its weight.
+        forget: Time (s) in which what is not measured anew loses all but 1/e of its weight; 0 for never.
     """
     counts = estimates.seen & (estimates.range <= reach) & np.isfinite(estimates.bearing)
     age = np.maximum(np.nan_to_num(estimates.age, nan=0.0), 0.0)
@@ -92,11 +92,13 @@ def unit(vector: ComplexArray | FloatArray) -> ComplexArray:
     return np.asarray(vector / np.maximum(np.abs(vector), 1e-12))
 
 
-def goal_direction(senses: Senses) -> tuple[ComplexArray, BoolArray]:
-    """Return the direction of the goal, of length 1, or 0 for who does not know it, and who knows it."""
-    goal = senses.goal[..., 0] + 1j * senses.goal[..., 1]
-    informed = np.isfinite(senses.goal).all(axis=-1)
-    return unit(np.where(informed, goal, 0.0)), np.asarray(informed)
+def goal_offset(senses: Senses) -> tuple[ComplexArray, BoolArray]:
+    """Return the place of the goal (m), 0 for who does not know it, and who knows it, ``(...)`` each."""
+    informed: BoolArray = np.asarray(np.isfinite(senses.goal).all(axis=-1))
+    place = np.where(informed[..., None], senses.goal, 0.0)
+    farther = np.max(np.abs(place), axis=-1, keepdims=True) / FARTHEST
+    place = place / np.maximum(farther, 1.0)
+    return place[..., 0] + 1j * place[..., 1], informed
 
 
 def push_of_obstacles(senses: Senses, obstacle_range: float, contact_range: float) -> ComplexArray:
@@ -105,7 +107,7 @@ def push_of_obstacles(senses: Senses, obstacle_range: float, contact_range: floa
     Each sector pushes with the square of how far its thing has come in between ``obstacle_range``, where it
     begins to be felt, and ``contact_range`` (m); the constants are ours.
     """
-    thing = np.where(senses.proximity_robot, np.inf, senses.proximity)
+    thing = np.where(senses.proximity_robot, FARTHEST, np.minimum(senses.proximity, FARTHEST))
     share = np.clip((obstacle_range - thing) / (obstacle_range - contact_range), 0.0, 1.0)
     push = -np.sum(share**2 * np.exp(1j * SECTOR_BEARINGS), axis=-1)
     return np.asarray(push / np.maximum(np.abs(push), 1.0))

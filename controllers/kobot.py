@@ -18,8 +18,8 @@ from swarmvision.config.controller import KobotConfig
 from swarmvision.controllers.crowd import ComplexArray, Crowd, crowd, push_of_obstacles
 from swarmvision.controllers.law import reflex_of_senses
 from swarmvision.controllers.motion import turn_and_go, with_alone
+from swarmvision.controllers.proximal import proximal_force
 from swarmvision.data import Commands, Senses
-from swarmvision.geometry import FloatArray
 
 
 def flock(senses: Senses, config: KobotConfig) -> Commands:
@@ -44,19 +44,6 @@ def wanted_direction(senses: Senses, others: Crowd, config: KobotConfig) -> Comp
     proximal = others.mean(proximal_force(others.distance, config) * others.towards)
     push = push_of_obstacles(senses, config.obstacle_range, config.contact_range)
     return np.asarray(others.heading() + config.proximal_gain * proximal + config.obstacle_gain * push)
-
-
-def proximal_force(distance: FloatArray, config: KobotConfig) -> FloatArray:
-    """Return the pull (positive) or push towards a neighbour at a range (m), in -1..1.
-
-    The paper's signed square of the deviation, here scaled to reach 1 at the end of its reach and -1
-    where two robots nearly touch.
-    """
-    off = distance - config.desired_range
-    span = np.where(
-        off > 0.0, config.reach - config.desired_range, config.desired_range - config.contact_range
-    )
-    return np.clip(np.sign(off) * (off / span) ** 2, -1.0, 1.0)
 
 
 LAW = reflex_of_senses(flock, KobotConfig, {"range", "bearing", "heading", "proximity"})

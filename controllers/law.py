@@ -27,7 +27,7 @@ Memory = tuple[Any, ...]
 """Arrays ``(..., *)``; empty for a reflex."""
 
 Begin = Callable[[Any, Keys], Memory]
-Step = Callable[[Senses, Memory, Any], tuple[Commands, Memory]]
+Step = Callable[[Senses, Any, Any], tuple[Commands, Memory]]
 
 
 @dataclass(frozen=True, slots=True)

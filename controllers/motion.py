@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.config.controller import Alone
-from swarmvision.data import BoolArray, Commands
+from swarmvision.config.controller import Alone, ParticleDrive
+from swarmvision.controllers.crowd import ComplexArray
+from swarmvision.data import BoolArray, Commands, Senses
 from swarmvision.geometry import FloatArray
 
 SCAN_RATE = 1.0  # rad/s: how fast a lone robot looks about
@@ -64,6 +65,30 @@ def look_ahead(forward: FloatArray, left: FloatArray, length: float, top_speed: 
     size = np.hypot(forward, left)
     scale = top_speed / np.maximum(size, top_speed)
     return Commands(forward * scale, left * scale / length)
+
+
+def accelerated(acceleration: ComplexArray, senses: Senses, drive: ParticleDrive) -> Commands:
+    """Return the command that accelerates a point ahead of the axle, and holds its cruise speed.
+
+    The velocity of the point is the present one, by the encoders, carried on for the horizon of the drive
+    with the acceleration, and with a return of its size to the cruise speed, which is ours.
+
+    Args:
+        acceleration: Robot frame (m/s^2), ahead is real and left imaginary, shape ``(...)``.
+        senses: For the own motion.
+        drive: Cruise speed, top speed, the point and the horizon.
+    """
+    velocity = own_velocity(senses, drive)
+    size = np.abs(velocity)
+    direction = np.where(size > 1e-9, velocity / np.maximum(size, 1e-9), 1.0)
+    cruise = drive.cruise_gain * (drive.speed - size) * direction
+    wanted = velocity + drive.horizon * (acceleration + cruise)
+    return look_ahead(wanted.real, wanted.imag, drive.look_ahead, drive.top_speed)
+
+
+def own_velocity(senses: Senses, drive: ParticleDrive) -> ComplexArray:
+    """Return the velocity (m/s) of the point ahead of the axle in the robot frame, shape ``(...)``."""
+    return np.asarray(senses.speed + 1j * drive.look_ahead * senses.turn_rate)
 
 
 def with_alone(commands: Commands, seen_any: BoolArray | np.bool_, policy: Alone, speed: float) -> Commands:

@@ -4,19 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from swarmvision.config.controller import AvoidanceConfig, ControllerConfig, CustomConfig, LayerConfig
+from swarmvision.config.controller import (
+    AvoidanceConfig,
+    ConnectivityConfig,
+    ControllerConfig,
+    CustomConfig,
+    LayerConfig,
+)
 from swarmvision.controllers.avoidance import LAYER as AVOIDANCE
 from swarmvision.controllers.cohesion import LAW as COHESION
+from swarmvision.controllers.connectivity import LAYER as CONNECTIVITY
+from swarmvision.controllers.couzin import LAW as COUZIN
 from swarmvision.controllers.custom import custom_law
+from swarmvision.controllers.elastic import LAW as ELASTIC
+from swarmvision.controllers.ferrante import LAW as FERRANTE
+from swarmvision.controllers.follow import LAW as FOLLOW
 from swarmvision.controllers.gauci import LAW as GAUCI
+from swarmvision.controllers.gregoire import LAW as GREGOIRE
+from swarmvision.controllers.informed import LAW as INFORMED
 from swarmvision.controllers.kobot import LAW as KOBOT
 from swarmvision.controllers.law import Controller, Keys, Law, Memory
+from swarmvision.controllers.moshtagh import LAW as MOSHTAGH
+from swarmvision.controllers.olfati_saber import LAW as OLFATI_SABER
+from swarmvision.controllers.random_walk import LAW as RANDOM_WALK
+from swarmvision.controllers.tanner import LAW as TANNER
+from swarmvision.controllers.vicsek import LAW as VICSEK
+from swarmvision.controllers.visual import LAW as VISUAL
 from swarmvision.data import Commands, Senses
 
-LAWS: dict[str, Law] = {law.config.model_fields["law"].default: law for law in (COHESION, GAUCI, KOBOT)}
+_LAWS = (
+    COHESION,
+    COUZIN,
+    ELASTIC,
+    FERRANTE,
+    FOLLOW,
+    GAUCI,
+    GREGOIRE,
+    INFORMED,
+    KOBOT,
+    MOSHTAGH,
+    OLFATI_SABER,
+    RANDOM_WALK,
+    TANNER,
+    VICSEK,
+    VISUAL,
+)
+
+LAWS: dict[str, Law] = {law.config.model_fields["law"].default: law for law in _LAWS}
 """Our own laws by name."""
 
-LAYERS = {AvoidanceConfig: AVOIDANCE}
+LAYERS = {AvoidanceConfig: AVOIDANCE, ConnectivityConfig: CONNECTIVITY}
 
 
 def controller(config: ControllerConfig, layers: Sequence[LayerConfig] = ()) -> Controller:

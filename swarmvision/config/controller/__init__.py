@@ -10,20 +10,58 @@ from typing import Annotated
 from pydantic import Field
 
 from swarmvision.config.controller.base import Alone
+from swarmvision.config.controller.consensus import (
+    ConsensusLaw,
+    MoshtaghConfig,
+    OlfatiSaberConfig,
+    ParticleDrive,
+    TannerConfig,
+)
 from swarmvision.config.controller.custom import CustomConfig
-from swarmvision.config.controller.flocking import FlockingLaw, KobotConfig
+from swarmvision.config.controller.flocking import (
+    ElasticConfig,
+    FerranteConfig,
+    FlockingLaw,
+    InformedConfig,
+    KobotConfig,
+)
 from swarmvision.config.controller.gathering import CohesionConfig, GatheringLaw, GauciConfig
-from swarmvision.config.controller.layers import AvoidanceConfig, LayerConfig
+from swarmvision.config.controller.layers import AvoidanceConfig, ConnectivityConfig, LayerConfig
+from swarmvision.config.controller.particles import (
+    CouzinConfig,
+    GregoireConfig,
+    ParticleLaw,
+    RandomWalkConfig,
+    VicsekConfig,
+)
+from swarmvision.config.controller.visual import FollowConfig, VisualConfig, VisualLaw
 
-ControllerConfig = Annotated[FlockingLaw | GatheringLaw | CustomConfig, Field(discriminator="law")]
+ControllerConfig = Annotated[
+    ConsensusLaw | CustomConfig | FlockingLaw | GatheringLaw | ParticleLaw | VisualLaw,
+    Field(discriminator="law"),
+]
 
 __all__ = [
     "Alone",
     "AvoidanceConfig",
     "CohesionConfig",
+    "ConnectivityConfig",
     "ControllerConfig",
+    "CouzinConfig",
     "CustomConfig",
+    "ElasticConfig",
+    "FerranteConfig",
+    "FollowConfig",
     "GauciConfig",
+    "GregoireConfig",
+    "InformedConfig",
     "KobotConfig",
     "LayerConfig",
+    "MoshtaghConfig",
+    "OlfatiSaberConfig",
+    "ParticleDrive",
+    "RandomWalkConfig",
+    "TannerConfig",
+    "VicsekConfig",
+    "VisualConfig",
 ]

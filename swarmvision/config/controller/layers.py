@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from swarmvision.config.controller.base import Gain, Range
+from swarmvision.config.controller.base import Gain, Range, Seconds
 from swarmvision.config.model import Settings
 
 
@@ -33,4 +33,19 @@ class AvoidanceConfig(Settings):
         return self
 
 
-LayerConfig = AvoidanceConfig
+class ConnectivityConfig(Settings):
+    """Never go where a neighbour in sight would be lost."""
+
+    layer: Literal["connectivity"] = "connectivity"
+
+    reach: Range = 0.80
+    """Two robots farther apart than this lose sight of each other (m)."""
+
+    horizon: Annotated[Seconds, Field(gt=0)] = 0.5
+    """The way of this time must stay inside (s); at least the control period."""
+
+    turn_gain: Gain = 1.5
+    """Turn rate towards who is nearly lost (rad/s)."""
+
+
+LayerConfig = Annotated[AvoidanceConfig | ConnectivityConfig, Field(discriminator="layer")]
