@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from swarmvision.config.scenario import ScenarioConfig
-from swarmvision.config.sensor import SensorConfig, TruthSensorConfig
+from swarmvision.config.sensor import SensorConfig
 from swarmvision.controllers import Controller, Memory, controller
 from swarmvision.data import Commands, Estimates, Picture, Scene, Senses
 from swarmvision.geometry import FloatArray
@@ -24,8 +24,7 @@ from swarmvision.placement import starting_scene
 from swarmvision.randomness import Subsystem, hashed, stream
 from swarmvision.sensing import Sensor
 from swarmvision.sensing.body import Body
-from swarmvision.sensing.camera import CameraSensor
-from swarmvision.sensing.truth import TruthSensor
+from swarmvision.sensing.registry import sensor_of
 from swarmvision.world import World
 
 FLOCK_LINK = 0.5  # m; two robots nearer than this belong to one flock
@@ -100,7 +99,7 @@ class Simulation:
         self._teams = _teams(scenario, seed)
 
         def sensor(config: SensorConfig) -> Sensor:
-            return _sensor(config, scenario, seed, keep_pictures=keep_pictures, workers=workers)
+            return sensor_of(config, scenario, seed, keep_pictures=keep_pictures, workers=workers)
 
         self._sensor = sensor(scenario.sensor)
         self._own_sensors = [
@@ -237,27 +236,6 @@ def _teams(scenario: ScenarioConfig, seed: int) -> list[_Team]:
         teams.append(_Team(rows, control, control.begin(keys[rows])))
         first += count
     return teams
-
-
-def _sensor(
-    config: SensorConfig,
-    scenario: ScenarioConfig,
-    seed: int,
-    *,
-    keep_pictures: bool,
-    workers: int | None,
-) -> Sensor:
-    if isinstance(config, TruthSensorConfig):
-        return TruthSensor(config, scenario.robot, scenario.arena)
-    return CameraSensor(
-        config,
-        scenario.robot,
-        scenario.arena,
-        scenario.robots,
-        seed,
-        keep_pictures=keep_pictures,
-        workers=workers,
-    )
 
 
 def _state_bytes(scene: Scene) -> bytes:

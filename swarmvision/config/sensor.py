@@ -39,7 +39,36 @@ class TrackerConfig(Settings):
     """Spread of a neighbour's unknown turn acceleration (rad/s^2)."""
 
 
-class TruthSensorConfig(Settings):
+RobotNumbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(max_length=10_000)]
+
+
+class FaultsConfig(Settings):
+    """Which robots' sensors are broken; robots are counted from 0, and numbers of no robot break nothing."""
+
+    dead: RobotNumbers = ()
+    """They never see anything."""
+
+    stuck: RobotNumbers = ()
+    """They go on delivering what they saw first; of a camera, every lens its first picture."""
+
+
+class DeliveryConfig(Settings):
+    """How readings reach the robot, of every sensor that is no camera; a camera has its own pictures' way."""
+
+    latency: Annotated[float, Field(ge=0, le=5)] = 0.0
+    """From reading to estimate (s)."""
+
+    lost: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """Share of the readings of single neighbours that never arrive."""
+
+    memory: Annotated[float, Field(ge=0, le=60)] = 0.0
+    """A neighbour that was read no longer ago (s) is carried on by the robot's odometry."""
+
+    faults: FaultsConfig = FaultsConfig()
+    """Broken sensors."""
+
+
+class TruthSensorConfig(DeliveryConfig):
     """Perfect range, bearing and heading of every neighbour in line of sight."""
 
     kind: Literal["truth"] = "truth"
@@ -55,19 +84,6 @@ class TruthSensorConfig(Settings):
 
     neighbours: Annotated[int, Field(ge=1, le=10_000)] | None = None
     """Slots for the nearest neighbours; one for every other robot where not given."""
-
-
-RobotNumbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(max_length=10_000)]
-
-
-class FaultsConfig(Settings):
-    """Which robots' sensors are broken; robots are counted from 0, and numbers of no robot break nothing."""
-
-    dead: RobotNumbers = ()
-    """They never see anything."""
-
-    stuck: RobotNumbers = ()
-    """Every lens of theirs goes on delivering its first picture."""
 
 
 class CameraSensorConfig(Settings):
@@ -135,7 +151,78 @@ class ProximityConfig(Settings):
     """Standard deviation of a range before it falls into a step (m); a start value of ours."""
 
 
-SensorConfig = Annotated[CameraSensorConfig | TruthSensorConfig, Field(discriminator="kind")]
+class _RangingConfig(DeliveryConfig):
+    occlusion: bool = True
+    """Whether nearer robots and objects hide farther ones."""
+
+    neighbours: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """The nearest that are read at once; all where not given."""
+
+    heading: bool = False
+    """Whether neighbours tell their compass over the same link."""
+
+    heading_noise_deg: Annotated[float, Field(ge=0, le=180)] = 5.0
+    """Standard deviation of a heading that is told, two compasses' together (deg); a start value of ours."""
+
+
+class InfraredSensorConfig(_RangingConfig):
+    """Infrared range and bearing between robots, as the paper quotes it."""
+
+    kind: Literal["infrared"] = "infrared"
+
+    reach: Annotated[float, Field(gt=0, le=1000)] = 1.5
+    """m; a start value of ours."""
+
+    range_noise_percent: Annotated[float, Field(ge=0, le=100)] = 6.5
+    """Standard deviation of a range, in percent of it."""
+
+    bearing_noise_deg: Annotated[float, Field(ge=0, le=180)] = 9.4
+    """Standard deviation of a bearing (deg)."""
+
+    airtime: Annotated[float, Field(ge=0, le=1)] = 0.02
+    """Share of the time that a robot sends; a message meets another and is lost where somebody else in reach
+    sends too. A start value of ours."""
+
+    memory: Annotated[float, Field(ge=0, le=60)] = 0.5
+    """A neighbour that was read no longer ago (s) is carried on by the robot's odometry."""
+
+
+class UltrasonicSensorConfig(_RangingConfig):
+    """Ultrasonic relative positioning in turns, as the paper quotes it."""
+
+    kind: Literal["ultrasonic"] = "ultrasonic"
+
+    reach: Annotated[float, Field(gt=0, le=1000)] = 6.7
+    """m"""
+
+    range_noise: Annotated[float, Field(ge=0, le=10)] = 0.008
+    """Standard deviation of a range (m)."""
+
+    bearing_noise_deg: Annotated[float, Field(ge=0, le=180)] = 3.0
+    """Standard deviation of a bearing (deg)."""
+
+    turn: Annotated[float, Field(gt=0, le=10)] = 0.05
+    """How long one robot has the air (s): sound needs 0.02 s for 6.7 m, and its echoes must die away. Each
+    robot is read once in this times their number. A start value of ours."""
+
+    memory: Annotated[float, Field(ge=0, le=60)] = 5.0
+    """A neighbour that was read no longer ago (s) is carried on by the robot's odometry."""
+
+
+class InfraredRingSensorConfig(DeliveryConfig, ProximityConfig):
+    """The infrared ring as the only sense: sector and coarse range of robots that are close, no heading."""
+
+    kind: Literal["infrared-ring"] = "infrared-ring"
+
+
+SensorConfig = Annotated[
+    CameraSensorConfig
+    | TruthSensorConfig
+    | InfraredSensorConfig
+    | UltrasonicSensorConfig
+    | InfraredRingSensorConfig,
+    Field(discriminator="kind"),
+]
 
 
 def _preset(kind: str, value: object, presets: Mapping[str, Settings]) -> object:

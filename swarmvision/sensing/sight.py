@@ -36,24 +36,33 @@ class View:
     half_fov: float
     """rad to either side of straight ahead."""
     radius: float
-    """Of the markers (m)."""
+    """Of what is looked at, and hides (m)."""
     occlusion: bool
     """Whether anything hides anything."""
     things: FloatArray
-    """Objects tall enough to hide a marker: number in the scene, half length, half width, or radius and
+    """Objects tall enough to hide: number in the scene, half length, half width, or radius and
     -1 for a disc (m), shape ``(b, 3)``."""
 
     @classmethod
     def of(
         cls, robot: RobotConfig, arena: ArenaConfig, reach: float, fov: float, *, occlusion: bool = True
     ) -> View:
-        """Return the view of a robot's sensor in an arena; ``fov`` in rad."""
-        things = [
-            (i, *_size(thing)) for i, thing in enumerate(arena.objects) if thing.height > robot.marker.base
-        ]
-        return cls(
-            reach, fov / 2.0, robot.marker.radius, occlusion, np.array(things, np.float64).reshape(-1, 3)
-        )
+        """Return the view of the markers in an arena; ``fov`` in rad."""
+        things = _taller(arena, robot.marker.base)
+        return cls(reach, fov / 2.0, robot.marker.radius, occlusion, things)
+
+    @classmethod
+    def of_bodies(
+        cls, robot: RobotConfig, arena: ArenaConfig, reach: float, *, occlusion: bool = True
+    ) -> View:
+        """Return the view all round on top of the chassis: a body hides as the disc inside its outline."""
+        radius = min(robot.length, robot.width) / 2.0
+        return cls(reach, np.pi, radius, occlusion, _taller(arena, robot.body_height))
+
+
+def _taller(arena: ArenaConfig, height: float) -> FloatArray:
+    things = [(i, *_size(thing)) for i, thing in enumerate(arena.objects) if thing.height > height]
+    return np.array(things, np.float64).reshape(-1, 3)
 
 
 def _size(thing: BoxConfig | DiscConfig) -> tuple[float, float]:

@@ -1,0 +1,69 @@
+"""From a sensor's settings to the sensor."""
+
+from __future__ import annotations
+
+from swarmvision.config.scenario import ScenarioConfig
+from swarmvision.config.sensor import (
+    CameraSensorConfig,
+    DeliveryConfig,
+    InfraredRingSensorConfig,
+    InfraredSensorConfig,
+    SensorConfig,
+    TruthSensorConfig,
+    UltrasonicSensorConfig,
+)
+from swarmvision.sensing.camera import CameraSensor
+from swarmvision.sensing.delivery import Delivery
+from swarmvision.sensing.infrared import InfraredSensor
+from swarmvision.sensing.infrared_ring import InfraredRingSensor
+from swarmvision.sensing.protocol import Sensor
+from swarmvision.sensing.truth import TruthSensor
+from swarmvision.sensing.ultrasonic import UltrasonicSensor
+
+AT_ONCE = DeliveryConfig()
+
+
+def sensor_of(
+    config: SensorConfig,
+    scenario: ScenarioConfig,
+    seed: int,
+    *,
+    keep_pictures: bool = False,
+    workers: int | None = None,
+) -> Sensor:
+    """Return the sensor of all robots of a scenario.
+
+    Args:
+        config: Which, and how good; the scenario's own or a team's.
+        scenario: Robots and arena.
+        seed: Of the run.
+        keep_pictures: Whether a camera keeps its pictures.
+        workers: Threads of a camera; changes no result.
+    """
+    if isinstance(config, CameraSensorConfig):
+        return CameraSensor(
+            config,
+            scenario.robot,
+            scenario.arena,
+            scenario.robots,
+            seed,
+            keep_pictures=keep_pictures,
+            workers=workers,
+        )
+    sensor = _reading(config, scenario, seed)
+    own_way = any(getattr(config, name) != getattr(AT_ONCE, name) for name in DeliveryConfig.model_fields)
+    return Delivery(sensor, config, scenario.robot, seed) if own_way else sensor
+
+
+def _reading(config: DeliveryConfig, scenario: ScenarioConfig, seed: int) -> Sensor:
+    robot, arena = scenario.robot, scenario.arena
+    match config:
+        case InfraredSensorConfig():
+            return InfraredSensor(config, robot, arena, seed)
+        case UltrasonicSensorConfig():
+            return UltrasonicSensor(config, robot, arena, seed)
+        case InfraredRingSensorConfig():
+            return InfraredRingSensor(config, robot, arena, seed)
+        case TruthSensorConfig():
+            return TruthSensor(config, robot, arena)
+    raise TypeError(f"no sensor for {type(config).__name__}")
