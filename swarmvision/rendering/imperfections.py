@@ -32,6 +32,7 @@ from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
 from swarmvision.rendering.effects import FINE, GAIN_ONE, LEHMER, LEHMER_PRIME, ONE, STARTS, Image
+from swarmvision.rendering.spoiling import Dirt, Faults, spoil_picture
 
 STREAM_SEED = 20  # the stream is the same in every run; what varies is where windows begin
 STREAM_STD = 8192  # 4 standard deviations are the largest 16-bit number
@@ -54,15 +55,30 @@ class Imperfections:
         """
         self._config = config
         self._lens = lens
-        self._psf = discrete_gaussian(config.defocus)
-        self._down = _weights(self._psf)
-        self._light = _Light.of(config, lens)
-        self._law, self._step = _noise_law(config)
-        self._stream = _stream(3 * lens.width_px) if config.white_electrons > 0.0 else np.empty(0, np.int16)
-        self._scratch = threading.local()
-        self._idle = (
-            not len(self._light.rows) and not len(self._law) and config.bits == 8 and len(self._psf) == 1
+        psf, light = discrete_gaussian(config.defocus), _Light.of(config, lens)
+        law, step = _noise_law(config)
+        self.faults = Faults(
+            idle=not len(light.rows) and not len(law) and config.bits == 8 and len(psf) == 1,
+            psf=psf,
+            down=_weights(psf),
+            rows=light.rows,
+            columns=light.columns,
+            least=light.least,
+            most=light.most,
+            law=law,
+            step=step,
+            stream=_stream(3 * lens.width_px) if config.white_electrons > 0.0 else np.empty(0, np.int16),
+            bits=config.bits,
+            decode=effects.DECODE,
+            encode=effects.ENCODE,
         )
+        """What :func:`swarmvision.rendering.spoiling.spoil_picture` needs to know."""
+        self._memory = threading.local()
+
+    @property
+    def by_kernel(self) -> bool:
+        """Whether :func:`swarmvision.rendering.spoiling.spoil_picture` is the whole of it."""
+        return not self._config.bayer and self._config.jpeg_quality == 0
 
     def spoil(self, image: Image, key: int, turn_rate: float = 0.0) -> None:
         """Spoil a picture in place.
@@ -75,28 +91,10 @@ class Imperfections:
         if image.size == 0:
             return
         shear, length = self.drift(turn_rate)
-        if not (self._idle and shear == 0.0 and length == 0.0):
-            if not hasattr(self._scratch, "arrays"):
-                self._scratch.arrays = self._arrays()
-            effects.spoil(
-                image.reshape(image.shape[0], -1),
-                self._psf,
-                self._down,
-                shear,
-                length,
-                self._light.rows,
-                self._light.columns,
-                self._light.least,
-                self._light.most,
-                self._law,
-                self._step,
-                self._stream,
-                1 + key % (LEHMER_PRIME - 1),
-                self._config.bits,
-                effects.DECODE,
-                effects.ENCODE,
-                *self._scratch.arrays,
-            )
+        if not hasattr(self._memory, "dirt"):
+            self._memory.dirt = Dirt.of(self._lens.width_px, self.faults)
+        lines = image.reshape(image.shape[0], -1)
+        spoil_picture(lines, key, shear, length, self.faults, self._memory.dirt)
         if self._config.bayer:
             image[:] = _mosaic(image)
         if self._config.jpeg_quality > 0:
@@ -108,7 +106,7 @@ class Imperfections:
         Both are kept so small that no pixel comes from more than a picture's width away.
         """
         width, height = self._lens.width_px, self._lens.height_px
-        room = max(width / 2.0 - len(self._psf) - 2.0, 0.0)
+        room = max(width / 2.0 - len(self.faults.psf) - 2.0, 0.0)
         speed = self._lens.focal_px * turn_rate
         shear = speed * self._config.readout_time / height
         shift = min(abs(shear) * height / 2.0, room)
@@ -126,26 +124,6 @@ class Imperfections:
     def noise_std(self, code: ArrayLike) -> FloatArray:
         """Return the standard deviation (grey levels) that the sensor's noise has at sRGB codes."""
         return noise_std(self._config, code)
-
-    def _arrays(self) -> tuple[NDArray[np.generic], ...]:
-        """Return one thread's scratch, as :func:`effects.spoil` wants it."""
-        n, ring = 3 * self._lens.width_px, len(self._psf) + 1
-        blocks = -(-self._lens.width_px // effects.BLOCK)
-        reach = self._lens.width_px + 2 * len(self._psf) + 16
-        mask = np.zeros(3 * effects.BLOCK * blocks, np.uint8)
-        return (
-            np.empty((ring, n), np.uint8),
-            np.empty((ring, n), np.uint16),
-            np.empty((2, ring, blocks), np.uint8),
-            mask,
-            mask.view(np.uint64),
-            np.zeros(3 * n + 2 * effects.MARGIN, np.uint16),
-            np.empty(n, np.int32),
-            np.empty((3, n), np.int16),
-            np.empty(n, np.uint16),
-            np.empty(reach),
-            np.empty(reach, np.int32),
-        )
 
 
 def noise_std(config: ImperfectionsConfig, code: ArrayLike) -> FloatArray:
