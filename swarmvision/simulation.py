@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from swarmvision.randomness import Subsystem, hashed, stream
 from swarmvision.sensing import Sensor
 from swarmvision.sensing.body import Body
 from swarmvision.sensing.registry import sensor_of
+from swarmvision.sensing.silhouette import Silhouettes
 from swarmvision.world import World
 
 FLOCK_LINK = 0.5  # m; two robots nearer than this belong to one flock
@@ -105,6 +106,8 @@ class Simulation:
         self._own_sensors = [
             sensor(team.sensor) if team.sensor is not None else self._sensor for team in scenario.teams
         ]
+        looks = any("silhouette" in team.controller.inputs for team in self._teams)
+        self._silhouettes = Silhouettes(self._sensor, scenario) if looks else None
         self._step = 0
 
     @property
@@ -130,7 +133,10 @@ class Simulation:
 
     def feel(self, estimates: Estimates) -> Senses:
         """Return all that the robots know now, given what they see of each other, ``(r, k)``."""
-        return self._body.feel(self.scene, estimates)
+        senses = self._body.feel(self.scene, estimates)
+        if self._silhouettes is None:
+            return senses
+        return replace(senses, silhouette=self._silhouettes.of(self.scene, estimates))
 
     def decide(self, senses: Senses) -> Commands:
         """Return what the robots' laws command, shape ``(r,)``; the laws' memories go on."""

@@ -40,7 +40,7 @@ class TruthSensor:
 
     def __init__(self, config: TruthSensorConfig, robot: RobotConfig, arena: ArenaConfig) -> None:
         self._neighbours = config.neighbours
-        self._view = View.of(
+        self.view = View.of(
             robot, arena, config.reach, np.radians(config.fov_deg), occlusion=config.occlusion
         )
 
@@ -51,7 +51,7 @@ class TruthSensor:
         """
         others = max(scene.robots - 1, 0)
         k = others if self._neighbours is None else self._neighbours
-        who, seen = sight(scene.pose[None], scene.object_pose[None], self._view, min(k, others))
+        who, seen = sight(scene.pose[None], scene.object_pose[None], self.view, min(k, others))
         who, seen = who[0], seen[0]
         if self._neighbours is None:
             who, seen = _own_slots(who, seen)
