@@ -15,11 +15,13 @@ from swarmvision.colour import encode
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.perception.detect import candidates
-from swarmvision.perception.edges import GROUND as BAND
-from swarmvision.perception.edges import STRIPE, Plan, Reading, inner_edges, readings
+from swarmvision.perception.edges import Reading, readings
 from swarmvision.perception.fit import fitted, smear_of, tangents
-from swarmvision.perception.heading import HEIGHTS, unroll
+from swarmvision.perception.heading import unroll
 from swarmvision.perception.model import FREE, GROUND, HEADING, Skin, model
+from swarmvision.perception.plan import COLUMNS, HEIGHTS, LINES, LOWERS, STRIPE, UPPERS, Plan, Scratch, Task
+from swarmvision.perception.plan import GROUND as BAND
+from swarmvision.perception.rings import inner_edges
 from swarmvision.perception.segment import Balance
 
 
@@ -30,7 +32,8 @@ def draw_reading(image: NDArray[np.uint8], lens: Lens, marker: Marker) -> Figure
         ValueError: If no marker is in the picture.
     """
     plan, skin, balance = Plan.of(marker), Skin.of(marker), Balance.of(image)
-    found = readings(image, balance, lens, plan)
+    task, scratch = Task.of(plan, lens), Scratch.of(lens.width_px, lens.height_px)
+    found = readings(image, task, scratch) if task is not None else []
     if not found:
         raise ValueError("no marker in the picture")
     figure = Figure(figsize=(13, 7.2), dpi=100, layout="constrained")
@@ -101,7 +104,10 @@ def _stripe(
     across = np.clip(reading.range * np.sin(rays - reading.bearing) / plan.heights[5], -1.0, 1.0)
     sheet = np.empty((len(columns), HEIGHTS))
     for i, column in enumerate(columns):
-        unroll(image, tables[STRIPE], tables[BAND], int(column), upper[i], lower[i], plan.heights, sheet[i])
+        unroll(
+            image, tables[STRIPE], tables[BAND], int(column), upper[i], lower[i], plan.heights,
+            np.empty((2, image.shape[0] + 2)), np.empty(HEIGHTS), sheet[i],
+        )  # fmt: skip
     panel.imshow(sheet.T, origin="lower", aspect="auto", cmap="cividis", vmin=-0.1, vmax=1.1)
     azimuth = np.mod(rays + math.pi - np.arcsin(across) - reading.heading, 2.0 * math.pi)
     middle = np.interp(azimuth, plan.knots[:, 0], plan.knots[:, 1:].mean(axis=1))
@@ -190,10 +196,12 @@ def _measured(
     found = candidates(image, balance, plan.hues, plan.proportions)
     candidate = min(found, key=lambda c: abs(c.left - reading.left) + abs(c.right - reading.right))
     columns = np.arange(math.ceil(candidate.columns[0]), int(candidate.columns[-1])) + 0.5
-    rows = np.array([np.interp(columns, candidate.columns, candidate.rows[:, k]) for k in range(4)])
-    upper, lower = np.empty(len(columns)), np.empty(len(columns))
+    lines = np.empty((LINES, max(len(columns), 1)))
+    lines[COLUMNS, : len(columns)] = columns
     tables = plan.directions[:, :, None] * balance.light
-    thick = np.median(candidate.rows[:, 1] - candidate.rows[:, 0])
-    foot = np.median(candidate.rows[:, 3] - candidate.rows[:, 2])
-    used = inner_edges(image, tables, candidate.bands, columns, rows, thick, foot, upper, lower)
-    return columns[:used], upper[:used], lower[:used]
+    thick = float(np.median(candidate.rows[:, 1] - candidate.rows[:, 0]))
+    foot = float(np.median(candidate.rows[:, 3] - candidate.rows[:, 2]))
+    used = inner_edges(
+        image, tables, candidate.bands, len(columns), candidate.columns, candidate.rows, thick, foot, lines
+    )
+    return lines[COLUMNS, :used], lines[UPPERS, :used], lines[LOWERS, :used]

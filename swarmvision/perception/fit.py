@@ -22,7 +22,7 @@ from swarmvision.camera import Lens
 from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray, wrap
-from swarmvision.perception.edges import Plan, Reading, estimates, readings
+from swarmvision.perception.edges import Reading, readings
 from swarmvision.perception.gaussnewton import advance, products, weigh
 from swarmvision.perception.model import (
     BEARING,
@@ -37,6 +37,7 @@ from swarmvision.perception.model import (
     model,
     smeared,
 )
+from swarmvision.perception.plan import Scratch, Task
 from swarmvision.perception.segment import Balance
 
 FINE = 36.0  # px between the inner edges: a nearer marker is averaged down to about this
@@ -82,15 +83,31 @@ class Fit:
     """Root of the mean bounded square of all residuals, of white."""
 
 
-def read(image: NDArray[np.uint8], lens: Lens, plan: Plan, skin: Skin) -> Estimates:
+def read(image: NDArray[np.uint8], lens: Lens, task: Task, skin: Skin, scratch: Scratch) -> Estimates:
     """Return the neighbours in a picture ``(h, w, 3)``, nearest first, lens frame, shape ``(k,)``."""
-    balance = Balance.of(image)
-    started = readings(image, balance, lens, plan)
+    started = readings(image, task, scratch)
+    balance = scratch.balance()
     smear = smear_of(image, balance.light, lens, skin, started)
     found = [
         polished(image, balance, lens, skin, reading, started[:i], smear) for i, reading in enumerate(started)
     ]
     return estimates(sorted((r for r in found if r is not None), key=lambda r: r.range))
+
+
+def estimates(found: list[Reading]) -> Estimates:
+    """Return readings as estimates in the lens frame, shape ``(k,)``."""
+    k = len(found)
+    return Estimates(
+        seen=np.ones(k, dtype=bool),
+        range=np.array([r.range for r in found]),
+        bearing=np.array([r.bearing for r in found]),
+        heading=np.array([r.heading for r in found]),
+        covariance=np.array([r.covariance for r in found]).reshape(k, 3, 3),
+        age=np.zeros(k),
+        track=np.full(k, -1),
+        visible=np.array([r.visible for r in found]),
+        frame="lens",
+    )
 
 
 def polished(

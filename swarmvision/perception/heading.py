@@ -16,12 +16,37 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import pattern_edges
+from swarmvision.perception.order import median_of, select, weighted_median
+from swarmvision.perception.plan import (
+    AZIMUTHS,
+    BAND_HIGH,
+    BAND_LOW,
+    COLUMNS,
+    FACING,
+    GAPS,
+    GROUND,
+    HEIGHTS,
+    INNER_BOTTOM,
+    INNER_TOP,
+    LOWERS,
+    RADIUS,
+    RAYS,
+    SPARE_A,
+    SPARE_B,
+    SPARE_C,
+    SPARE_D,
+    SPARE_E,
+    STRIPE,
+    UPPERS,
+    Scratch,
+    Task,
+)
 
-HEIGHTS = 48  # samples of the patterned band from its bottom to its top
 TRIALS = 72  # headings of the coarse look
+VOTERS = 16  # columns, about, of the coarse look
 ROUNDS = 4  # of the vote
 RIM = 0.93  # of the radius: columns farther out see the surface too slantwise
-JUMP = 0.02  # rad: a pattern that jumps within so much is not voted on
+JUMP, JUMP_HEIGHT = 0.02, 0.004  # rad; m: a pattern that climbs so much within it jumps, and has no vote
 HEADING_FLOOR = 0.003  # rad: error that no averaging removes,
 STRIPE_FLOOR = 0.06  # px: and that of the stripe's height
 UNSURE = 0.5  # rad: spread of a heading that only the coarse look tells
@@ -30,16 +55,12 @@ UNSURE = 0.5  # rad: spread of a heading that only the coarse look tells
 @compiled
 def heading_of(
     image: NDArray[np.uint8],
-    stripe: FloatArray,
-    ground: FloatArray,
-    columns: FloatArray,
-    rays: FloatArray,
-    upper: FloatArray,
-    lower: FloatArray,
+    task: Task,
+    tables: FloatArray,
+    count: int,
     distance: float,
     bearing: float,
-    heights: FloatArray,
-    knots: FloatArray,
+    scratch: Scratch,
 ) -> tuple[float, float, float]:
     """Return heading (rad), its spread, and how clearly the pattern is there, about 0..1.
 
@@ -47,34 +68,34 @@ def heading_of(
 
     Args:
         image: sRGB, ``(h, w, 3)``.
-        stripe: Tables of the direction from the band's own colour to the pattern's, ``(3, 256)``.
-        ground: Tables of the band's own colour.
-        columns: That are measured (px), ``(n,)``.
-        rays: Their bearings (rad).
-        upper: Rows (px) of the top band's inner edge in them.
-        lower: Of the bottom band's.
+        task: What is looked for.
+        tables: As in :class:`swarmvision.perception.plan.Scratch`.
+        count: Of the columns in the scratch's lines: with rays, and rows of the inner edges.
         distance: Of the axis (m).
         bearing: Of the axis (rad).
-        heights: As in :class:`swarmvision.perception.edges.Plan`.
-        knots: Of the pattern.
+        scratch: Room.
     """
-    count = len(columns)
-    signals, facing = np.empty((count, HEIGHTS)), np.empty(count)
+    lines, heights = scratch.lines, task.heights
     used = 0
     for i in range(count):
-        across = distance * math.sin(rays[i] - bearing) / heights[5]
+        across = distance * math.sin(lines[RAYS, i] - bearing) / heights[RADIUS]
         if abs(across) >= RIM:
             continue
         # The normal of the near surface: back along the ray, turned by the angle of incidence.
-        facing[used] = rays[i] + math.pi - math.asin(across)
-        unroll(image, stripe, ground, int(columns[i]), upper[i], lower[i], heights, signals[used])
+        lines[FACING, used] = lines[RAYS, i] + math.pi - math.asin(across)
+        unroll(
+            image, tables[STRIPE], tables[GROUND], int(lines[COLUMNS, i]), lines[UPPERS, i], lines[LOWERS, i],
+            heights, scratch.strip, lines[SPARE_A], scratch.signals[used],
+        )  # fmt: skip
         used += 1
     if used < 2:
         return np.nan, np.nan, np.nan
-    signals, facing = signals[:used], facing[:used]
-    heading, clarity = coarse_heading(signals, facing, heights, knots)
-    heading, spread, slope = voted_heading(signals, facing, heading, heights, knots)
-    rows = np.median(lower - upper) / (heights[0] - heights[1]) * slope  # that the stripe climbs per rad
+    heading, clarity = coarse_heading(scratch.signals, lines[FACING], used, task.stripe, scratch.sums)
+    heading, spread, slope = voted_heading(
+        scratch.signals, lines[FACING], used, heading, heights, task.knots, lines
+    )
+    gap = median_of(lines[GAPS], count, lines[SPARE_A])
+    rows = gap / (heights[INNER_TOP] - heights[INNER_BOTTOM]) * slope  # that the stripe climbs per rad
     return heading, math.hypot(spread, STRIPE_FLOOR / max(rows, 1e-6)), clarity
 
 
@@ -87,56 +108,82 @@ def unroll(
     upper: float,
     lower: float,
     heights: FloatArray,
+    strip: FloatArray,
+    spare: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Write how much of the pattern's colour stands at each height of a column, from the bottom up."""
-    rows = image.shape[0]
-    levels = np.empty(HEIGHTS)
+    """Write how much of the pattern's colour stands at each height of a column, from the bottom up.
+
+    Args:
+        image: sRGB, ``(h, w, 3)``.
+        stripe: Tables of the direction from the band's own colour to the pattern's, ``(3, 256)``.
+        ground: Tables of the band's own colour.
+        column: Which.
+        upper: Row (px) of the top band's inner edge.
+        lower: Of the bottom band's.
+        heights: As in :class:`swarmvision.perception.plan.Plan`.
+        strip: Room, ``(2, h + 2)``.
+        spare: Room, ``(HEIGHTS,)`` or more.
+        out: Shape ``(HEIGHTS,)``.
+    """
+    last = image.shape[0] - 1
+    scale = (upper - lower) / (heights[INNER_TOP] - heights[INNER_BOTTOM])  # px up per m, negative
+    start = lower + (heights[BAND_LOW] - heights[INNER_BOTTOM]) * scale - 0.5
+    step = (heights[BAND_HIGH] - heights[BAND_LOW]) / HEIGHTS * scale
+    ends = min(max(start + HEIGHTS * step, 0.0), float(last)), min(max(start, 0.0), float(last))
+    top, bottom = int(min(ends)), min(int(max(ends)) + 1, last)
+    for v in range(top, bottom + 1):
+        red, green, blue = image[v, column, 0], image[v, column, 1], image[v, column, 2]
+        strip[0, v - top] = stripe[0, red] + stripe[1, green] + stripe[2, blue]
+        strip[1, v - top] = ground[0, red] + ground[1, green] + ground[2, blue]
     for k in range(HEIGHTS):
-        height = heights[2] + (k + 0.5) / HEIGHTS * (heights[3] - heights[2])
-        row = lower + (height - heights[1]) / (heights[0] - heights[1]) * (upper - lower) - 0.5
-        row = min(max(row, 0.0), rows - 1.0)
-        v = min(int(row), max(rows - 2, 0))
+        row = min(max(start + (k + 0.5) * step, float(top)), float(bottom)) - top
+        v = min(int(row), max(bottom - top - 1, 0))
         share = row - v
-        w = min(v + 1, rows - 1)
-        value = level = 0.0
-        for channel in range(3):
-            one, two = image[v, column, channel], image[w, column, channel]
-            value += (1.0 - share) * stripe[channel, one] + share * stripe[channel, two]
-            level += (1.0 - share) * ground[channel, one] + share * ground[channel, two]
-        out[k], levels[k] = value, level
-    bright = max(np.sort(levels)[(3 * HEIGHTS) // 4], 1e-6)
+        w = min(v + 1, bottom - top)
+        out[k] = (1.0 - share) * strip[0, v] + share * strip[0, w]
+        spare[k] = (1.0 - share) * strip[1, v] + share * strip[1, w]
+    bright = 1.0 / max(select(spare, HEIGHTS, (3 * HEIGHTS) // 4), 1e-6)
     for k in range(HEIGHTS):
-        out[k] = min(max(out[k] / bright, -0.3), 1.5)
+        out[k] = min(max(out[k] * bright, -0.3), 1.5)
 
 
 @compiled
 def coarse_heading(
-    signals: FloatArray, facing: FloatArray, heights: FloatArray, knots: FloatArray
+    signals: FloatArray, facing: FloatArray, count: int, stripe: FloatArray, sums: FloatArray
 ) -> tuple[float, float]:
     """Return the heading (rad), of a few dozen, whose pattern correlates best with the stripes.
 
     And how much more of its colour there is inside the pattern than outside, per sample.
+
+    Args:
+        signals: Columns unrolled, ``(count or more, HEIGHTS)``.
+        facing: Azimuths (rad, lens frame) that they face.
+        count: How many.
+        stripe: As in :class:`swarmvision.perception.plan.Task`.
+        sums: Room, ``(count or more, HEIGHTS + 1)``.
     """
-    step = max(len(facing) // 16, 1)  # a coarse look needs few columns
-    sums = np.zeros((len(facing), HEIGHTS + 1))
-    total = 0.0
-    for i in range(0, len(facing), step):
+    step = max(count // VOTERS, 1)
+    total = looks = 0.0
+    for i in range(0, count, step):
+        passed = 0.0
+        sums[i, 0] = 0.0
         for k in range(HEIGHTS):
-            sums[i, k + 1] = sums[i, k] + signals[i, k]
-        total += sums[i, HEIGHTS]
-    scale = HEIGHTS / (heights[3] - heights[2])
+            passed += signals[i, k]
+            sums[i, k + 1] = passed
+        total += passed
+        looks += HEIGHTS
     best, best_score, clarity = 0.0, -np.inf, 0.0
+    turn = 2.0 * math.pi
     for trial in range(TRIALS):
-        heading = -math.pi + 2.0 * math.pi * trial / TRIALS
-        score = inside = looks = 0.0
-        for i in range(0, len(facing), step):
-            low, high, _, _ = pattern_edges(knots, facing[i] - heading)
-            first = min(max((low - heights[2]) * scale, 0.0), float(HEIGHTS))
-            last = min(max((high - heights[2]) * scale, 0.0), float(HEIGHTS))
+        heading = -math.pi + turn * trial / TRIALS
+        score = inside = 0.0
+        for i in range(0, count, step):
+            share = (facing[i] - heading) / turn
+            place = int((share - math.floor(share)) * AZIMUTHS) % AZIMUTHS
+            first, last = stripe[place, 0], stripe[place, 1]
             score += _sum_to(sums[i], last) - _sum_to(sums[i], first)
             inside += last - first
-            looks += HEIGHTS
         held = score
         score -= inside / looks * total
         if score > best_score:
@@ -154,16 +201,21 @@ def _sum_to(sums: FloatArray, place: float) -> float:
 
 @compiled
 def voted_heading(
-    signals: FloatArray, facing: FloatArray, heading: float, heights: FloatArray, knots: FloatArray
+    signals: FloatArray,
+    facing: FloatArray,
+    count: int,
+    heading: float,
+    heights: FloatArray,
+    knots: FloatArray,
+    lines: FloatArray,
 ) -> tuple[float, float, float]:
     """Return heading (rad), spread and mean slope (m/rad) from every column's vote near a coarse heading.
 
     In each column the height of the stripe's middle is compared with that of the pattern; the
     pattern's slope there turns the difference into an angle (one Gauss-Newton step, repeated).
     """
-    count = len(facing)
-    size = (heights[3] - heights[2]) / HEIGHTS
-    votes, weights = np.empty(count), np.empty(count)
+    size = (heights[BAND_HIGH] - heights[BAND_LOW]) / HEIGHTS
+    votes, weights, spare, loads = lines[SPARE_A], lines[SPARE_B], lines[SPARE_C], lines[SPARE_D]
     spread, kept, steepness = UNSURE, 1, 0.0
     for _ in range(ROUNDS):
         used = 0
@@ -174,29 +226,34 @@ def voted_heading(
             before_low, before_high, _, _ = pattern_edges(knots, azimuth - JUMP)
             after_low, after_high, _, _ = pattern_edges(knots, azimuth + JUMP)
             slope = (low_slope + high_slope) / 2.0
-            if max(abs(after_low - before_low), abs(after_high - before_high)) > 0.004 or abs(slope) < 1e-4:
+            jump = max(abs(after_low - before_low), abs(after_high - before_high))
+            if jump > JUMP_HEIGHT or abs(slope) < 1e-4:
                 continue
             # The stripe's own middle, in a window a little wider than the stripe.
             slack = 0.35 * (high - low) + 1.5 * size
+            first = max(math.floor((low - slack - heights[BAND_LOW]) / size - 0.5) + 1, 0)
+            last = min(math.ceil((high + slack - heights[BAND_LOW]) / size - 0.5), HEIGHTS)
             area = moment = 0.0
-            for k in range(HEIGHTS):
-                height = heights[2] + (k + 0.5) * size
-                if low - slack < height < high + slack and signals[i, k] > 0.0:
-                    area += signals[i, k] * size
-                    moment += signals[i, k] * size * height
-            if area <= 0.4 * (high - low):
+            for k in range(first, last):
+                if signals[i, k] > 0.0:
+                    area += signals[i, k]
+                    moment += signals[i, k] * (k + 0.5)
+            if area * size <= 0.4 * (high - low):
                 continue
             # A stripe higher than expected, where the pattern climbs, means a larger azimuth: less heading.
-            votes[used] = -(moment / area - (low + high) / 2.0) / slope
-            weights[used] = abs(slope) * area
+            middle = heights[BAND_LOW] + moment / area * size
+            votes[used] = -(middle - (low + high) / 2.0) / slope
+            weights[used] = abs(slope) * area * size
             steepness += abs(slope)
             used += 1
         if used < 2:
             return heading, UNSURE, 1.0
         steepness /= used
-        centre = weighted_median(votes[:used], weights[:used])
-        spread = 1.4826 * weighted_median(np.abs(votes[:used] - centre), weights[:used]) + 1e-6
+        centre = weighted_median(votes, weights, used, spare, loads)
         total = change = 0.0
+        for i in range(used):
+            lines[SPARE_E, i] = abs(votes[i] - centre)
+        spread = 1.4826 * weighted_median(lines[SPARE_E], weights, used, spare, loads) + 1e-6
         kept = 0
         for i in range(used):
             if abs(votes[i] - centre) <= 2.5 * spread:
@@ -210,18 +267,3 @@ def voted_heading(
     turn = 2.0 * math.pi
     heading = math.pi - (math.pi - heading) % turn  # into (-pi, pi]
     return heading, math.hypot(spread / math.sqrt(max(kept, 1)), HEADING_FLOOR), steepness
-
-
-@compiled
-def weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    """Return the value at which half of the weight is passed."""
-    order = np.argsort(values)
-    half = weights.sum() / 2.0
-    passed = 0.0
-    middle: float = values[order[-1]]
-    for i in order:
-        passed += weights[i]
-        if passed >= half:
-            middle = values[i]
-            break
-    return middle

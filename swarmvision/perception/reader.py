@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,11 +11,11 @@ from swarmvision.camera import Lens
 from swarmvision.data import Estimates
 from swarmvision.errors import ConfigError, PictureError, unknown_name
 from swarmvision.marker import Marker
-from swarmvision.perception.edges import Plan
 from swarmvision.perception.edges import read as read_edges
 from swarmvision.perception.fit import read as read_fit
 from swarmvision.perception.model import Skin
 from swarmvision.perception.moments import read as read_moments
+from swarmvision.perception.plan import Plan, Scratch, Task
 from swarmvision.perception.straighten import Straightening
 
 METHODS = ("edges", "fit", "moments")
@@ -40,8 +42,9 @@ class Reader:
         self.lens = lens
         self.marker = marker
         self._method = method
-        self._plan = Plan.of(marker)
+        self.task = Task.of(Plan.of(marker), lens)
         self._skin = Skin.of(marker)
+        self._rooms = threading.local()
         self._straightening = Straightening(lens) if lens.is_distorted else None
 
     def read(self, image: NDArray[np.uint8]) -> Estimates:
@@ -67,6 +70,15 @@ class Reader:
             image = self._straightening.straight(image)
         if self._method == "moments":
             return read_moments(image, self.lens, self.marker)
+        if self.task is None:
+            return Estimates.empty(frame="lens")
         if self._method == "fit":
-            return read_fit(image, self.lens, self._plan, self._skin)
-        return read_edges(image, self.lens, self._plan)
+            return read_fit(image, self.lens, self.task, self._skin, self._scratch())
+        return read_edges(image, self.task, self._scratch())
+
+    def _scratch(self) -> Scratch:
+        """Return this thread's room to work in."""
+        if not hasattr(self._rooms, "scratch"):
+            self._rooms.scratch = Scratch.of(self.lens.width_px, self.lens.height_px)
+        room: Scratch = self._rooms.scratch
+        return room

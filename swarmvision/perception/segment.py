@@ -11,6 +11,7 @@ marker alone decides.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,7 @@ PALE = 0.12  # largest chroma of a pixel that may tell the white
 COLOURFUL = 0.10  # least chroma of a printed colour that hue can tell
 LEVELS = 32  # steps of one channel in the table of classes
 BRIGHTEST = 1.5  # of white: light at and above which is the last step
-SAMPLES = 56  # pixels of one row, and of one column, that tell the white
+SAMPLES = 44  # about so many pixels of one row, and of one column, that tell the white
 LEAST_PALE = 16  # pixels; fewer tell no white
 
 
@@ -76,14 +77,15 @@ class Balance:
     @classmethod
     def of(cls, image: NDArray[np.uint8]) -> Balance:
         """Return the balance of a picture ``(h, w, 3)``."""
-        white = np.empty(3)
-        sample_white(image, DECODE, white)
-        light = DECODE[None, :] / white[:, None]
-        step = np.minimum(np.sqrt(light * (LEVELS * LEVELS / BRIGHTEST)), LEVELS - 1).astype(np.int32)
-        return cls(white, light, step * PLACES)
+        white, light, address = np.empty(3), np.empty((3, 256)), np.empty((3, 256), np.int32)
+        sample_white(image, DECODE, white, *white_scratch())
+        weigh_codes(DECODE, white, light, address)
+        return cls(white, light, address)
 
 
-PLACES = np.array([[LEVELS * LEVELS], [LEVELS], [1]], dtype=np.int32)
+def white_scratch() -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+    """Return room for the samples of the white and for counts of their codes."""
+    return np.empty((4 * SAMPLES * SAMPLES, 5), np.uint8), np.empty((4, 256), np.int64)
 
 
 def chroma_of(colour: tuple[int, int, int]) -> FloatArray:
@@ -110,71 +112,90 @@ def classify(light: FloatArray, chroma: FloatArray) -> NDArray[np.uint8]:
 
 
 @compiled
-def sample_white(image: NDArray[np.uint8], decode: FloatArray, white: FloatArray) -> None:
+def weigh_codes(decode: FloatArray, white: FloatArray, light: FloatArray, address: NDArray[np.int32]) -> None:
+    """Write light and address of every code under a white; see :class:`Balance`."""
+    place = LEVELS * LEVELS
+    for channel in range(3):
+        scale = 1.0 / white[channel]
+        for code in range(256):
+            value = decode[code] * scale
+            light[channel, code] = value
+            step = int(min(math.sqrt(value * (LEVELS * LEVELS / BRIGHTEST)), LEVELS - 1.0))
+            address[channel, code] = step * place
+        place //= LEVELS
+
+
+@compiled
+def sample_white(
+    image: NDArray[np.uint8],
+    decode: FloatArray,
+    white: FloatArray,
+    samples: NDArray[np.uint8],
+    counts: NDArray[np.int64],
+) -> None:
     """Write the light ``(3,)`` of what is white in a picture: the brighter of its bright, pale pixels.
 
-    A picture without any pale pixel is taken as lit by its own brightest.
+    A picture without any pale pixel is taken as lit by its own brightest. ``samples`` (red, green, blue,
+    grey, whether pale) and ``counts`` are room to work in, see :func:`white_scratch`.
     """
     down = max(image.shape[0] // SAMPLES, 1)
     across = max(image.shape[1] // SAMPLES, 1)
-    counts = np.zeros((4, 256), dtype=np.int64)
+    counts[:] = 0
+    taken = 0
     for v in range(down // 2, image.shape[0], down):
         for u in range(across // 2, image.shape[1], across):
-            counts[3, _grey(image, v, u)] += 1
+            for channel in range(3):
+                samples[taken, channel] = image[v, u, channel]
+            grey = (int(image[v, u, 0]) + 2 * int(image[v, u, 1]) + int(image[v, u, 2])) >> 2
+            samples[taken, 3] = grey
+            counts[3, grey] += 1
+            taken += 1
     bright = _quantile(counts[3], 0.5)
-    for v in range(down // 2, image.shape[0], down):
-        for u in range(across // 2, image.shape[1], across):
-            if _grey(image, v, u) >= bright:
-                for channel in range(3):
-                    counts[channel, image[v, u, channel]] += 1
-    middle = np.empty(3)
-    for channel in range(3):
-        middle[channel] = max(decode[_quantile(counts[channel], 0.5)], 1e-6)
+    for i in range(taken):
+        if samples[i, 3] >= bright:
+            for channel in range(3):
+                counts[channel, samples[i, channel]] += 1
+    red = 1.0 / max(decode[_quantile(counts[0], 0.5)], 1e-6)
+    green = 1.0 / max(decode[_quantile(counts[1], 0.5)], 1e-6)
+    blue = 1.0 / max(decode[_quantile(counts[2], 0.5)], 1e-6)
     counts[3, :] = 0
     pale = 0
-    for v in range(down // 2, image.shape[0], down):
-        for u in range(across // 2, image.shape[1], across):
-            grey = _grey(image, v, u)
-            if grey >= bright and _is_pale(image, v, u, decode, middle):
-                counts[3, grey] += 1
-                pale += 1
+    for i in range(taken):
+        samples[i, 4] = 0
+        if samples[i, 3] >= bright and _is_pale(
+            red * decode[samples[i, 0]], green * decode[samples[i, 1]], blue * decode[samples[i, 2]]
+        ):
+            samples[i, 4] = 1
+            counts[3, samples[i, 3]] += 1
+            pale += 1
     least = _quantile(counts[3], 0.75) if pale >= LEAST_PALE else bright
     white[:] = 0.0
     used = 0
-    for v in range(down // 2, image.shape[0], down):
-        for u in range(across // 2, image.shape[1], across):
-            if _grey(image, v, u) < least:
-                continue
-            if pale < LEAST_PALE or _is_pale(image, v, u, decode, middle):
-                used += 1
-                for channel in range(3):
-                    white[channel] += decode[image[v, u, channel]]
+    for i in range(taken):
+        if samples[i, 3] >= least and (pale < LEAST_PALE or samples[i, 4] == 1):
+            used += 1
+            for channel in range(3):
+                white[channel] += decode[samples[i, channel]]
     for channel in range(3):
         white[channel] = max(white[channel] / max(used, 1), 1e-5)
 
 
 @compiled
-def _grey(image: NDArray[np.uint8], v: int, u: int) -> int:
-    grey: int = (int(image[v, u, 0]) + 2 * int(image[v, u, 1]) + int(image[v, u, 2])) >> 2
-    return grey
-
-
-@compiled
-def _is_pale(image: NDArray[np.uint8], v: int, u: int, decode: FloatArray, middle: FloatArray) -> bool:
-    red = decode[image[v, u, 0]] / middle[0]
-    green = decode[image[v, u, 1]] / middle[1]
-    blue = decode[image[v, u, 2]] / middle[2]
+def _is_pale(red: float, green: float, blue: float) -> bool:
     total = max(red + green + blue, 1e-6)
-    third = 1.0 / 3.0
-    off = (red / total - third) ** 2 + (green / total - third) ** 2 + (blue / total - third) ** 2
-    pale: bool = off < PALE * PALE
+    third = total / 3.0
+    off = (red - third) ** 2 + (green - third) ** 2 + (blue - third) ** 2
+    pale: bool = off < (PALE * total) ** 2
     return pale
 
 
 @compiled
 def _quantile(counts: NDArray[np.int64], share: float) -> int:
     """Return the first code at which a histogram has passed a share of its total."""
-    wanted = share * counts.sum()
+    total = 0
+    for code in range(256):
+        total += counts[code]
+    wanted = share * total
     passed = 0
     for code in range(256):
         passed += counts[code]

@@ -1,0 +1,375 @@
+"""The coarse look at a picture: runs of the marker's two ring colours, column by column, and their pairs.
+
+Each pixel is one look into a table. Rows are as far apart as the bands that can show there allow: a marker
+far below or above the horizon is near, so its bands are thick. Where two rows disagree, rows between them
+tell where a band ends. Of the columns every other one is looked at first; those between, only beside a
+pair of bands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.camera import Lens
+from swarmvision.compiled import compiled
+from swarmvision.geometry import FloatArray
+from swarmvision.marker import Marker
+from swarmvision.perception.segment import Hues
+
+COARSE_WIDTH, COARSE_HEIGHT = 320, 230  # px: about so fine a grid is looked at
+RUNS = 8192  # runs of colour that one picture may hold
+PAIRS = 4096  # pairs of runs that one picture may hold
+CHAINS = 256  # chains of pairs that one picture may hold
+PIECES = 2 * CHAINS + 1  # candidates that one picture may hold
+RUN_GAP = 2  # steps down to the next pixel of a run; 1 would break it at a single lost pixel
+ROW_SHARE = 0.06  # of the middle's height that an edge may jump between columns, plus some rows
+HEIGHT_SLACK = 1.6  # rows of the grid by which a band may be too thick or thin
+HEIGHT_SHARE = 0.35  # and by which share of itself
+REACH_OUT = 1.25  # of the middle: no farther is the border where the other band is out of the picture
+LEAST_SHOWN = 0.35  # of a band's thickness: a band cut thinner by the border is out of the picture
+LEAST_THICK = 4.0  # rows of the grid of a band that must do without the other
+BOTH, TOP_ONLY, BOTTOM_ONLY = 0, 1, 2  # which bands a pair has
+LOOKS = 2.5  # rows that are looked at in the thinnest band that can show there
+TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
+HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
+BESIDE_PAIR = 4.0  # rows of the grid, above and below a pair, that are looked at in the next column
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class Proportions:
+    """What the pairing of runs knows of a marker."""
+
+    top: int
+    """Class of the top band."""
+    bottom: int
+    """Class of the bottom band."""
+    upper: float
+    """Height of the top band over that of the middle."""
+    lower: float
+    """Height of the bottom band over that of the middle."""
+    width: float
+    """Width of the marker over the height of the middle, far away."""
+    spans: tuple[tuple[float, float], tuple[float, float]]
+    """Of top and bottom band, bottom and top above the ground (m)."""
+
+    @classmethod
+    def of(cls, marker: Marker, hues: Hues) -> Proportions | None:
+        """Return a marker's; None if its top or bottom band has no hue."""
+        top, bottom = hues.number(marker.bands[0].colour), hues.number(marker.bands[-1].colour)
+        if top is None or bottom is None:
+            return None
+        first, last = marker.bands[0], marker.bands[-1]
+        middle = first.bottom - last.top
+        return cls(
+            top,
+            bottom,
+            (marker.height - first.bottom) / middle,
+            last.top / middle,
+            2.0 * marker.radius / middle,
+            (
+                (marker.base + first.bottom, marker.base + first.top),
+                (marker.base + last.bottom, marker.base + last.top),
+            ),
+        )
+
+
+class Look(NamedTuple):
+    """How pictures of one size are looked at; plain arrays and numbers, for kernels."""
+
+    rows: Ints
+    """That are looked at, ascending, shape ``(n,)``."""
+    across: int
+    """Picture columns in one of the grid."""
+    down: int
+    """Picture rows in one of the grid."""
+    top: int
+    """As in :class:`Proportions`, like the next four."""
+    bottom: int
+    upper: float
+    lower: float
+    width: float
+    classes: NDArray[np.uint8]
+    """Of :class:`swarmvision.perception.segment.Hues`."""
+
+    @classmethod
+    def of(
+        cls, width_px: int, height_px: int, hues: Hues, marker: Proportions, lens: Lens | None = None
+    ) -> Look:
+        """Return how to look at pictures of a size; without a lens every row of the grid is looked at."""
+        across = max(1, round(width_px / COARSE_WIDTH))
+        down = max(1, round(height_px / COARSE_HEIGHT))
+        rows = np.arange(height_px // down) * down + down // 2
+        if lens is not None:
+            rows = rows[_needed(rows, down, marker, lens)]
+        return cls(
+            rows.astype(np.int32), across, down, marker.top, marker.bottom,
+            marker.upper, marker.lower, marker.width, hues.classes,
+        )  # fmt: skip
+
+
+class LookScratch(NamedTuple):
+    """Room for the coarse look at pictures of one size; one per thread."""
+
+    state: Ints
+    """Of every column of the grid: class, first and last place in the rows of the run that it is in."""
+    links: Ints
+    """Of every column of the grid: its first and its last run; below 0 for none."""
+    wanted: Ints
+    """Of every column of the grid: rows (px) between which it is to be looked at next."""
+    runs: Ints
+    """Column, class, first and last + 1 row (px), next run in the column; ``(RUNS, 5)``."""
+    pairs: FloatArray
+    """Column, rows of the top band, rows of the bottom band, which bands; ``(PAIRS, 6)``."""
+    chain: Ints
+    """Chain, and later candidate, that a pair belongs to; the pair at a place; ``(2, PAIRS)``."""
+    tails: Ints
+    """Last pair of a chain, or where a chain ends in the order of chains; ``(PIECES + 2,)``."""
+    pieces: FloatArray
+    """Candidates, ``(PIECES, 7)``."""
+    order: Ints
+    """Numbers of candidates, and whose pieces they are; ``(2, PIECES)``."""
+    columns: FloatArray
+    """Of all candidates (px), ``(PAIRS,)``."""
+    rows: FloatArray
+    """Of all candidates (px), ``(PAIRS, 4)``."""
+    spare: FloatArray
+    """``(2, PAIRS)``."""
+
+    @classmethod
+    def of(cls, width_px: int) -> LookScratch:
+        """Return room for pictures of a width."""
+        return cls(
+            np.empty((width_px, 3), np.int32),
+            np.empty((width_px, 2), np.int32),
+            np.empty((width_px, 2), np.int32),
+            np.empty((RUNS, 5), np.int32),
+            np.empty((PAIRS, 6)),
+            np.empty((2, PAIRS), np.int32),
+            np.empty(PIECES + 2, np.int32),
+            np.empty((PIECES, 7)),
+            np.empty((2, PIECES), np.int32),
+            np.empty(PAIRS),
+            np.empty((PAIRS, 4)),
+            np.empty((2, PAIRS)),
+        )
+
+
+def _needed(rows: NDArray[np.int64], down: int, marker: Proportions, lens: Lens) -> NDArray[np.int64]:
+    """Return which of the grid's rows are looked at: those that no band which can show there slips by."""
+    if len(rows) == 0:
+        return np.empty(0, dtype=np.int64)
+    steps = np.ones(len(rows), dtype=np.int64)
+    for i, row in enumerate(rows):
+        rise = max(abs(float(lens.rise_from_row(float(row)))) - TILT, 0.0)
+        # A band that shows at this rise is no farther than its height over it.
+        thin = min(
+            lens.focal_px * (high - low) * rise
+            / (max(abs(low - lens.height), abs(high - lens.height)) + HORIZON_SLACK)
+            for low, high in marker.spans
+        )  # fmt: skip
+        steps[i] = max(int(thin / LOOKS / down), 1)
+    horizon = int(np.clip(np.searchsorted(rows, lens.centre_px[1]), 0, len(rows) - 1))
+    chosen = {0, len(rows) - 1, horizon}
+    for way in (-1, 1):  # outwards: the row nearer to the horizon decides
+        i = horizon
+        while 0 <= i < len(rows):
+            chosen.add(i)
+            i += way * int(steps[i])
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+@compiled
+def class_at(image: NDArray[np.uint8], address: Ints, classes: NDArray[np.uint8], v: int, u: int) -> int:
+    """Return the class of a pixel."""
+    kind: int = classes[address[0, image[v, u, 0]] + address[1, image[v, u, 1]] + address[2, image[v, u, 2]]]
+    return kind
+
+
+@compiled
+def first_look(image: NDArray[np.uint8], address: Ints, look: Look, width: int, scratch: LookScratch) -> int:
+    """Write the runs of the two colours in every other column of the grid; return how many.
+
+    The picture is read row by row, as it lies in memory.
+    """
+    state, rows, classes = scratch.state, look.rows, look.classes
+    red, green, blue = address[0], address[1], address[2]
+    for column in range(width):
+        state[column, 0] = 0
+    count, last = 0, len(rows)
+    shift, step = look.across // 2, 2 * look.across
+    for i in range(last + 1):
+        line = image[rows[min(i, last - 1)]]
+        for column in range(0, width, 2):
+            kind = 0
+            if i < last:
+                u = shift + (column >> 1) * step
+                kind = classes[red[line[u, 0]] + green[line[u, 1]] + blue[line[u, 2]]]
+            held = state[column, 0]
+            if kind == held:
+                state[column, 2] = i
+                continue
+            if kind not in (look.top, look.bottom):
+                kind = 0
+                if held == 0 or (i < last and i - state[column, 2] < RUN_GAP):
+                    continue
+            if held != 0:
+                count = end_run(
+                    image, address, look, column, held, state[column, 1], state[column, 2], count, scratch
+                )
+            state[column, 0], state[column, 1], state[column, 2] = kind, i, i
+    return count
+
+
+@compiled
+def look_down(
+    image: NDArray[np.uint8], address: Ints, look: Look, column: int, count: int, scratch: LookScratch
+) -> int:
+    """Write the runs of one column between the rows that are wanted; return how many there are now."""
+    rows = look.rows
+    held = first = last = 0
+    u = column * look.across + look.across // 2
+    for i in range(len(rows) + 1):
+        kind = 0
+        if i < len(rows):
+            v = rows[i]
+            if v < scratch.wanted[column, 0]:
+                continue
+            if v <= scratch.wanted[column, 1]:
+                kind = class_at(image, address, look.classes, v, u)
+        if kind == held:
+            last = i
+            continue
+        if kind not in (look.top, look.bottom):
+            kind = 0
+            if held == 0 or (i < len(rows) and i - last < RUN_GAP):
+                continue
+        if held != 0:
+            count = end_run(image, address, look, column, held, first, last, count, scratch)
+        held, first, last = kind, i, i
+    return count
+
+
+@compiled
+def end_run(
+    image: NDArray[np.uint8],
+    address: Ints,
+    look: Look,
+    column: int,
+    kind: int,
+    first: int,
+    last: int,
+    count: int,
+    scratch: LookScratch,
+) -> int:
+    """Write a run from its first to its last place in the rows; return how many there are now."""
+    if count == RUNS:
+        return count
+    rows, down = look.rows, look.down
+    u = column * look.across + look.across // 2
+    inside, outside = int(rows[first]), int(rows[first - 1]) if first > 0 else int(rows[first])
+    while inside - outside > down:
+        v = (inside + outside) // 2
+        if class_at(image, address, look.classes, v, u) == kind:
+            inside = v
+        else:
+            outside = v
+    start = inside - down // 2
+    inside, outside = int(rows[last]), int(rows[last + 1]) if last + 1 < len(rows) else int(rows[last])
+    while outside - inside > down:
+        v = (inside + outside) // 2
+        if class_at(image, address, look.classes, v, u) == kind:
+            inside = v
+        else:
+            outside = v
+    run = scratch.runs[count]
+    run[0], run[1], run[2], run[3], run[4] = column, kind, start, inside - down // 2 + down, -1
+    links = scratch.links[column]
+    if links[0] < 0:
+        links[0] = count
+    else:
+        scratch.runs[links[1], 4] = count
+    links[1] = count
+    return count + 1
+
+
+@compiled
+def ask_beside(found: int, look: Look, width: int, scratch: LookScratch) -> bool:
+    """Write in which columns beside the pairs, and between which rows, to look; return whether any."""
+    slack = int(BESIDE_PAIR * look.down)
+    asked = False
+    for i in range(found):
+        pair = scratch.pairs[i]
+        margin = slack + int(ROW_SHARE * (pair[3] - pair[2]))
+        low, high = int(pair[1]) - margin, int(pair[4]) + margin
+        for column in (int(pair[0]) - 1, int(pair[0]) + 1):
+            if 0 <= column < width:
+                asked = True
+                scratch.wanted[column, 0] = min(scratch.wanted[column, 0], low)
+                scratch.wanted[column, 1] = max(scratch.wanted[column, 1], high)
+    return asked
+
+
+@compiled
+def pair_runs(look: Look, width: int, scratch: LookScratch) -> int:
+    """Write the pairs of a top band's run over a bottom band's, column by column; return how many."""
+    runs, pairs, down = scratch.runs, scratch.pairs, float(look.down)
+    above = look.rows[0] - look.down // 2  # rows that are looked at end here
+    below = look.rows[len(look.rows) - 1] - look.down // 2 + look.down
+    found = 0
+    for column in range(width):
+        a = scratch.links[column, 0]
+        while a >= 0:
+            thick = float(runs[a, 3] - runs[a, 2])
+            if runs[a, 1] == look.top:
+                paired = False
+                b = runs[a, 4]
+                while b >= 0:
+                    if runs[b, 1] == look.bottom and found < PAIRS:
+                        middle = float(runs[b, 2] - runs[a, 3])
+                        fits = middle >= down
+                        off = thick - middle * look.upper
+                        slack = HEIGHT_SLACK * down + HEIGHT_SHARE * middle * look.upper
+                        least = -slack if runs[a, 2] > above else (LEAST_SHOWN - 1.0) * middle * look.upper
+                        if off > slack or off < least:
+                            fits = False
+                        off = float(runs[b, 3] - runs[b, 2]) - middle * look.lower
+                        slack = HEIGHT_SLACK * down + HEIGHT_SHARE * middle * look.lower
+                        least = -slack if runs[b, 3] < below else (LEAST_SHOWN - 1.0) * middle * look.lower
+                        if off > slack or off < least:
+                            fits = False
+                        if fits:
+                            _write_pair(
+                                pairs[found], column, runs[a, 2], runs[a, 3], runs[b, 2], runs[b, 3], BOTH
+                            )
+                            found += 1
+                            paired = True
+                    b = runs[b, 4]
+                middle = thick / look.upper
+                cut = runs[a, 2] > above and runs[a, 3] + REACH_OUT * middle >= below
+                if not paired and cut and thick >= LEAST_THICK * down and found < PAIRS:
+                    start = runs[a, 3] + middle
+                    foot = start + middle * look.lower
+                    _write_pair(pairs[found], column, runs[a, 2], runs[a, 3], start, foot, TOP_ONLY)
+                    found += 1
+            if runs[a, 1] == look.bottom:
+                middle = thick / look.lower
+                cut = runs[a, 3] < below and runs[a, 2] - REACH_OUT * middle <= above
+                if cut and thick >= LEAST_THICK * down and found < PAIRS:
+                    end = runs[a, 2] - middle
+                    start = end - middle * look.upper
+                    _write_pair(pairs[found], column, start, end, runs[a, 2], runs[a, 3], BOTTOM_ONLY)
+                    found += 1
+            a = runs[a, 4]
+    return found
+
+
+@compiled
+def _write_pair(
+    pair: FloatArray, column: int, start: float, end: float, below: float, foot: float, bands: int
+) -> None:
+    pair[0], pair[1], pair[2], pair[3], pair[4], pair[5] = column, start, end, below, foot, bands

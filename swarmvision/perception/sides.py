@@ -1,0 +1,134 @@
+"""Where the rings of a marker end at its sides: the tangents."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.compiled import compiled
+from swarmvision.geometry import FloatArray
+from swarmvision.perception.look import BOTH, TOP_ONLY
+from swarmvision.perception.plan import TOP_RING
+from swarmvision.perception.rings import signal
+
+
+@compiled
+def find_sides(
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    bands: int,
+    columns: FloatArray,
+    rows: FloatArray,
+) -> tuple[float, float, int]:
+    """Return the columns (px) at which the rings end; and 1 if the left is the picture's, 2 the right."""
+    width = columns[-1] - columns[0] + 1.0
+    half = (columns[1] - columns[0]) / 2.0 if len(columns) > 1 else 0.5
+    half = min(half, 2.0)
+    left = one_side(image, tables, bands, columns[0] - half, rows, -1, width)
+    right = one_side(image, tables, bands, columns[-1] + half, rows, 1, width)
+    cut = 1 if left < 1.5 else 0
+    if right > image.shape[1] - 1.5:
+        cut += 2
+    return left, right, cut
+
+
+@compiled
+def one_side(
+    image: NDArray[np.uint8],
+    tables: FloatArray,
+    bands: int,
+    guess: float,
+    rows: FloatArray,
+    outward: int,
+    width: float,
+) -> float:
+    """Return the column (px) at which the rings end on one side: -1 the left, 1 the right."""
+    upper = lower = guess
+    upper_weight = lower_weight = 0.0
+    if bands in (BOTH, TOP_ONLY):
+        top, bottom = end_rows(rows, outward, 0)
+        upper, upper_weight = ring_end(image, tables[TOP_RING], top, bottom, guess, outward, width)
+    if bands != TOP_ONLY:
+        top, bottom = end_rows(rows, outward, 1)
+        lower, lower_weight = ring_end(image, tables[TOP_RING + 1], top, bottom, guess, outward, width)
+    total = upper_weight + lower_weight
+    if total <= 0.0:
+        return guess
+    if min(upper_weight, lower_weight) > 0.0 and abs(upper - lower) > 0.6 + 0.01 * width:
+        return upper  # bodies stand beside the lower ring, nothing beside the upper one
+    return (upper * upper_weight + lower * lower_weight) / total
+
+
+@compiled
+def end_rows(rows: FloatArray, outward: int, ring: int) -> tuple[float, float]:
+    """Return the rows of a ring at one end of a candidate: medians of its outermost three columns."""
+    last = len(rows) - 1
+    if last < 1:
+        return float(rows[0, 2 * ring]), float(rows[0, 2 * ring + 1])
+    one, two = (0, 1) if outward < 0 else (last, last - 1)
+    if last == 1:
+        return (
+            0.5 * (rows[one, 2 * ring] + rows[two, 2 * ring]),
+            0.5 * (rows[one, 2 * ring + 1] + rows[two, 2 * ring + 1]),
+        )
+    three = 2 if outward < 0 else last - 2
+    return (
+        middle_of(rows[one, 2 * ring], rows[two, 2 * ring], rows[three, 2 * ring]),
+        middle_of(rows[one, 2 * ring + 1], rows[two, 2 * ring + 1], rows[three, 2 * ring + 1]),
+    )
+
+
+@compiled
+def middle_of(a: float, b: float, c: float) -> float:
+    """Return the median of three numbers."""
+    return max(min(a, b), min(max(a, b), c))
+
+
+@compiled
+def ring_end(
+    image: NDArray[np.uint8],
+    table: FloatArray,
+    top: float,
+    bottom: float,
+    guess: float,
+    outward: int,
+    width: float,
+) -> tuple[float, float]:
+    """Return the column (px) at which a ring ends on one side, and the weight of that; 0 for none."""
+    inset = 0.3 * (bottom - top)
+    first = math.ceil(top + inset)
+    last = max(int(bottom - inset), first + 1)
+    if first < 0 or last > image.shape[0]:
+        return guess, 0.0
+    reach = int(min(max(0.16 * width, 5.0), 14.0))
+    # Count pixels outward from well inside; beyond the picture's side there are none.
+    start = math.floor(guess) - outward * reach
+    size = 2 * reach
+    if outward > 0:
+        start = max(start, 0)
+        size = min(size, image.shape[1] - start)
+    else:
+        start = min(start, image.shape[1] - 1)
+        size = min(size, start + 1)
+    if size < 3:
+        return guess, 0.0
+    inner = max(reach // 2, 1)
+    inside = outside = area = 0.0
+    outer = max(min(size - 3 * reach // 2, inner), 1)
+    for k in range(size):
+        value = 0.0
+        for row in range(first, last):
+            value += signal(image, table, row, start + outward * k)
+        value /= last - first
+        area += value
+        if k < inner:
+            inside += value / inner
+        if k >= size - outer:
+            outside += value / outer
+    if inside - outside < max(0.3 * inside, 1e-6):
+        return guess, 0.0
+    reached = (area - size * outside) / (inside - outside)
+    place = start + reached if outward > 0 else start + 1 - reached
+    return place, (last - first) * (inside - outside)
