@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +23,11 @@ from swarmvision.errors import ConfigError, PictureError
 from swarmvision.geometry import wrap
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
+from swarmvision.perception.detect import candidates
+from swarmvision.perception.edges import MOST, ROW, read_edges_into
+from swarmvision.perception.look import Proportions
+from swarmvision.perception.plan import Scratch
+from swarmvision.perception.segment import Balance, Hues
 from swarmvision.rendering.raycast import Raycaster
 
 LENS, ROBOT, ARENA = Lens.from_config(LENSES["pi-v1"]), RobotConfig(), ArenaConfig()
@@ -151,6 +158,70 @@ def test_no_picture_breaks_a_reader(method: str, width: int, height: int, kind: 
     assert np.isfinite(estimates.range).all()
     assert np.isfinite(estimates.bearing).all()
     assert (estimates.range > 0).all()
+
+
+@pytest.mark.parametrize("method", ["edges", "fit"])
+def test_plain_python_reads_the_same(method: str, tmp_path: Path) -> None:
+    image = picture((0.9, 0.2, 1.2), (1.3, -0.2, 2.0))
+    np.save(tmp_path / "picture.npy", image)
+    code = (
+        "import sys\n"
+        "sys.modules['numba'] = None\n"
+        "import numpy as np\n"
+        "from swarmvision.compiled import HAS_NUMBA\n"
+        "from swarmvision.camera import Lens\n"
+        "from swarmvision.config.camera import LENSES\n"
+        "from swarmvision.config.marker import MarkerConfig\n"
+        "from swarmvision.marker import Marker\n"
+        "from swarmvision.perception import Reader\n"
+        "assert not HAS_NUMBA\n"
+        "lens, marker = Lens.from_config(LENSES['pi-v1']), Marker.from_config(MarkerConfig())\n"
+        "seen = Reader(lens, marker, sys.argv[1]).read(np.load(sys.argv[2]))\n"
+        "print(*seen.range, *seen.bearing, *seen.heading, *seen.covariance.ravel())\n"
+    )
+    command = [sys.executable, "-c", code, method, str(tmp_path / "picture.npy")]
+    plain = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert plain.returncode == 0, plain.stderr
+    seen = Reader(LENS, MARKER, method).read(image)
+    ours = np.concatenate([seen.range, seen.bearing, seen.heading, seen.covariance.ravel()])
+    np.testing.assert_allclose([float(word) for word in plain.stdout.split()], ours, atol=1e-6)
+
+
+def test_threads_share_a_reader() -> None:
+    reader = Reader(LENS, MARKER)
+    pictures = [picture((0.2 + 0.05 * i, 0.02 * i, 0.5 * i)) for i in range(8)]
+    alone = [reader.read(image).heading for image in pictures]
+    with ThreadPoolExecutor(4) as pool:
+        together = [estimates.heading for estimates in pool.map(reader.read, pictures * 5)]
+    np.testing.assert_array_equal(np.concatenate(together), np.tile(np.concatenate(alone), 5))
+
+
+def test_reading_takes_no_memory() -> None:
+    # numba counts: the headers of the arrays that are handed in, and nothing for what a picture shows.
+    runtime = pytest.importorskip("numba.core.runtime")
+    runtime._nrt_python.memsys_enable_stats()
+    reader = Reader(LENS, MARKER)
+    assert reader.task is not None
+    scratch, rows = Scratch.of(LENS.width_px, LENS.height_px), np.empty((MOST, ROW))
+    taken = []
+    for image, markers in ((picture(), 0), (picture((0.5, 0.1, 1.2), (0.3, -0.08, 2.0)), 2)):
+        before = runtime.rtsys.get_allocation_stats().alloc
+        assert read_edges_into(image, reader.task, scratch, rows) == markers
+        taken.append(runtime.rtsys.get_allocation_stats().alloc - before)
+    assert taken[0] == taken[1] < 50
+
+
+@pytest.mark.parametrize("tilt_deg", [-3.5, 0.0, 3.5])
+def test_the_look_misses_no_row_that_matters(tilt_deg: float) -> None:
+    # A small tilt moves the picture up or down: the horizon lies in another row than the lens says.
+    shift = round(LENS.focal_px * np.tan(np.radians(tilt_deg)))
+    for distance in (0.2, 0.3, 0.5, 0.8, 1.3, 2.0):
+        image = np.roll(picture((distance, 0.1 * distance, 1.0)), shift, axis=0)
+        hues = Hues.of(MARKER)
+        proportions = Proportions.of(MARKER, hues)
+        assert proportions is not None
+        every = candidates(image, Balance.of(image), hues, proportions)
+        assert len(every) == len(Reader(LENS, MARKER).read(image).seen) == 1
 
 
 def test_perception_needs_numpy_and_opencv_alone() -> None:

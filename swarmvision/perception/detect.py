@@ -40,7 +40,7 @@ STEP_SLACK = 1.2  # rows of the grid by which the height of the middle may chang
 STEP_SHARE = 0.04  # and by which share of itself; more is one marker beside another
 STEP_COLUMNS = 3  # columns before and after that are compared for it
 COLUMN_GAP = 3  # columns of the grid that a candidate may lack
-LEFT, RIGHT, MIDDLE, LEVEL, KIND, FIRST, LAST = range(7)  # what is written of a candidate
+P_LEFT, P_RIGHT, P_MIDDLE, P_LEVEL, P_KIND, P_FIRST, P_LAST = range(7)  # what is written of a candidate
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,16 +70,16 @@ def candidates(
         return []
     found = []
     for piece in scratch.pieces[: find(image, balance.address, look, scratch)]:
-        own = slice(int(piece[FIRST]), int(piece[LAST]))
+        own = slice(int(piece[P_FIRST]), int(piece[P_LAST]))
         found.append(
             Candidate(
-                float(piece[LEFT]),
-                float(piece[RIGHT]),
-                float(piece[MIDDLE]),
-                float(piece[LEVEL]),
+                float(piece[P_LEFT]),
+                float(piece[P_RIGHT]),
+                float(piece[P_MIDDLE]),
+                float(piece[P_LEVEL]),
                 scratch.columns[own].copy(),
                 scratch.rows[own].copy(),
-                int(piece[KIND]),
+                int(piece[P_KIND]),
             )
         )
     return found
@@ -200,13 +200,13 @@ def split_chains(found: int, chains: int, look: Look, scratch: LookScratch) -> i
             keep = last - first >= LEAST_COLUMNS and count < PIECES
             if keep:
                 piece = pieces[count]
-                piece[LEFT] = pairs[order[first], 0] * look.across
-                piece[RIGHT] = (pairs[order[last - 1], 0] + 1.0) * look.across
-                piece[KIND] = pairs[order[first], 5]
-                piece[MIDDLE] = median_of(heights[first:last], last - first, spare)
+                piece[P_LEFT] = pairs[order[first], 0] * look.across
+                piece[P_RIGHT] = (pairs[order[last - 1], 0] + 1.0) * look.across
+                piece[P_KIND] = pairs[order[first], 5]
+                piece[P_MIDDLE] = median_of(heights[first:last], last - first, spare)
                 for k in range(first, last):
                     spare[k - first] = pairs[order[k], 2]
-                piece[LEVEL] = median_in_place(spare, last - first)
+                piece[P_LEVEL] = median_in_place(spare, last - first)
             for k in range(first, last):
                 # Negative: of a piece, for chains are told apart by the numbers from 0.
                 chain[order[k]] = -1 - count if keep else chains
@@ -227,7 +227,7 @@ def merge_pieces(found: int, pieces: int, look: Look, scratch: LookScratch) -> i
     piece, order, owner = scratch.pieces, scratch.order[0], scratch.order[1]
     for i in range(pieces):  # by their left ends
         j = i
-        while j > 0 and piece[order[j - 1], LEFT] > piece[i, LEFT]:
+        while j > 0 and piece[order[j - 1], P_LEFT] > piece[i, P_LEFT]:
             order[j] = order[j - 1]
             j -= 1
         order[j] = i
@@ -239,15 +239,15 @@ def merge_pieces(found: int, pieces: int, look: Look, scratch: LookScratch) -> i
         for j in range(kept):
             other = piece[order[j]]
             # Near the lens a cylinder looks wider than its far proportion; 1.35 covers 0.1 m.
-            widest = 1.35 * look.width * max(this[MIDDLE], other[MIDDLE]) + 4.0
-            slack = alike(other[MIDDLE], look.down)
+            widest = 1.35 * look.width * max(this[P_MIDDLE], other[P_MIDDLE]) + 4.0
+            slack = alike(other[P_MIDDLE], look.down)
             if (
-                abs(this[MIDDLE] - other[MIDDLE]) < slack
-                and this[KIND] == other[KIND]
-                and abs(this[LEVEL] - other[LEVEL]) < 2.0 * slack
-                and this[RIGHT] - other[LEFT] <= widest
+                abs(this[P_MIDDLE] - other[P_MIDDLE]) < slack
+                and this[P_KIND] == other[P_KIND]
+                and abs(this[P_LEVEL] - other[P_LEVEL]) < 2.0 * slack
+                and this[P_RIGHT] - other[P_LEFT] <= widest
             ):
-                other[RIGHT] = max(this[RIGHT], other[RIGHT])
+                other[P_RIGHT] = max(this[P_RIGHT], other[P_RIGHT])
                 owner[number] = order[j]
                 break
         if owner[number] == number:
@@ -259,7 +259,9 @@ def merge_pieces(found: int, pieces: int, look: Look, scratch: LookScratch) -> i
         best = i
         for j in range(i + 1, kept):
             one, two = piece[order[j]], piece[order[best]]
-            if one[MIDDLE] > two[MIDDLE] or (one[MIDDLE] == two[MIDDLE] and one[LEFT] < two[LEFT]):
+            if one[P_MIDDLE] > two[P_MIDDLE] or (
+                one[P_MIDDLE] == two[P_MIDDLE] and one[P_LEFT] < two[P_LEFT]
+            ):
                 best = j
         held = order[i]
         order[i] = order[best]
@@ -276,7 +278,7 @@ def _gather(found: int, pieces: int, look: Look, scratch: LookScratch) -> None:
     sort_by_chain(found, pieces, scratch)
     start = 0
     for number in range(pieces):
-        piece[number, FIRST], piece[number, LAST] = start, scratch.tails[number]
+        piece[number, P_FIRST], piece[number, P_LAST] = start, scratch.tails[number]
         start = scratch.tails[number]
     for k in range(start):
         pair = pairs[scratch.chain[1, k]]

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray
-from swarmvision.perception import detect
 from swarmvision.perception.cylinder import (
     BEARING,
     BEARING_STD,
@@ -47,6 +46,7 @@ from swarmvision.perception.cylinder import (
     range_from_width,
     stands_right,
 )
+from swarmvision.perception.detect import P_FIRST, P_KIND, P_LAST, P_LEFT, P_MIDDLE, P_RIGHT, find
 from swarmvision.perception.heading import heading_of
 from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import median_in_place, median_of
@@ -168,7 +168,7 @@ def read_edges_into(image: NDArray[np.uint8], task: Task, scratch: Scratch, out:
     """
     sample_white(image, task.decode, scratch.white, scratch.samples, scratch.counts)
     weigh_codes(task.decode, scratch.white, scratch.light, scratch.address)
-    pieces = detect.find(image, scratch.address, task.look, scratch.look)
+    pieces = find(image, scratch.address, task.look, scratch.look)
     if pieces == 0:
         return 0
     for direction in range(len(scratch.tables)):
@@ -199,7 +199,7 @@ def _halve(waiting: FloatArray, place: int, column: float, scratch: Scratch) -> 
     Returns how many candidates are waiting then.
     """
     look = scratch.look
-    first, last = int(waiting[place, detect.FIRST]), int(waiting[place, detect.LAST])
+    first, last = int(waiting[place, P_FIRST]), int(waiting[place, P_LAST])
     cut = first
     while cut < last and look.columns[cut] < column:
         cut += 1
@@ -207,20 +207,20 @@ def _halve(waiting: FloatArray, place: int, column: float, scratch: Scratch) -> 
         return place
     here, there = waiting[place], waiting[place + 1]
     there[:] = here
-    here[detect.RIGHT] = there[detect.LEFT] = column
-    here[detect.LAST] = there[detect.FIRST] = cut
+    here[P_RIGHT] = there[P_LEFT] = column
+    here[P_LAST] = there[P_FIRST] = cut
     kept = 0
     for piece in (here, there):
-        start, end = int(piece[detect.FIRST]), int(piece[detect.LAST])
+        start, end = int(piece[P_FIRST]), int(piece[P_LAST])
         for k in range(start, end):
             look.spare[0, k - start] = look.rows[k, 2] - look.rows[k, 1]
-        piece[detect.MIDDLE] = median_in_place(look.spare[0], end - start)
+        piece[P_MIDDLE] = median_in_place(look.spare[0], end - start)
         kept += 1 if end - start >= 2 else 0
     if kept < 2:
-        if there[detect.LAST] - there[detect.FIRST] >= 2:
+        if there[P_LAST] - there[P_FIRST] >= 2:
             here[:] = there
         return place + kept
-    if here[detect.MIDDLE] > there[detect.MIDDLE]:
+    if here[P_MIDDLE] > there[P_MIDDLE]:
         for k in range(len(here)):
             held = here[k]
             here[k] = there[k]
@@ -285,8 +285,8 @@ def measure(
     lines, heights, view, tables = scratch.lines, task.heights, task.eye, scratch.tables
     out = rows[found]
     out[:] = np.nan
-    bands = int(piece[detect.KIND])
-    begin, end = int(piece[detect.FIRST]), int(piece[detect.LAST])
+    bands = int(piece[P_KIND])
+    begin, end = int(piece[P_FIRST]), int(piece[P_LAST])
     coarse, coarse_rows = scratch.look.columns[begin:end], scratch.look.rows[begin:end]
     if not looks_right(image, tables[TOTAL], coarse, coarse_rows, bands, task.expected, task.pale, lines):
         return 0.0
@@ -354,9 +354,9 @@ def _covered(piece: FloatArray, rows: FloatArray, found: int) -> int:
     ends = 0
     for i in range(found):
         low, high = rows[i, LEFT] - BESIDE, rows[i, RIGHT] + BESIDE
-        if low < piece[detect.LEFT] < high:
+        if low < piece[P_LEFT] < high:
             ends |= 1
-        if low < piece[detect.RIGHT] < high:
+        if low < piece[P_RIGHT] < high:
             ends |= 2
     return ends
 

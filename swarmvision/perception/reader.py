@@ -23,7 +23,11 @@ METHODS = ("edges", "fit", "moments")
 
 
 class Reader:
-    """Reads pictures of one lens for one kind of marker; threads may share it."""
+    """Reads pictures of one lens for one kind of marker; threads may share it.
+
+    A kernel of one's own may call :func:`swarmvision.perception.edges.read_edges_into` with :attr:`task` and
+    a scratch for each thread instead.
+    """
 
     def __init__(self, lens: Lens, marker: Marker, method: str = "edges") -> None:
         """Choose the method.
@@ -42,7 +46,8 @@ class Reader:
         self.lens = lens
         self.marker = marker
         self._method = method
-        self.task = Task.of(Plan.of(marker), lens)
+        self.task: Task | None = Task.of(Plan.of(marker), lens)
+        """What kernels are given; None where there is nothing to look for."""
         self._skin = Skin.of(marker)
         self._rooms = threading.local()
         self._straightening = Straightening(lens) if lens.is_distorted else None
@@ -65,7 +70,7 @@ class Reader:
                 f"this lens takes pictures of {wanted[1]} x {wanted[0]} px in 3 channels, "
                 f"got shape {image.shape}"
             )
-        image = np.ascontiguousarray(image)
+        image = np.require(image, requirements=["C", "W"])  # one kind of array: one compilation
         if self._straightening is not None:
             image = self._straightening.straight(image)
         if self._method == "moments":
