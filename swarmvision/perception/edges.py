@@ -206,7 +206,7 @@ def _halve(waiting: FloatArray, place: int, column: float, scratch: Scratch) -> 
     if cut in (first, last):
         return place
     here, there = waiting[place], waiting[place + 1]
-    there[:] = here
+    _copy(here, there)
     here[P_RIGHT] = there[P_LEFT] = column
     here[P_LAST] = there[P_FIRST] = cut
     kept = 0
@@ -218,13 +218,10 @@ def _halve(waiting: FloatArray, place: int, column: float, scratch: Scratch) -> 
         kept += 1 if end - start >= 2 else 0
     if kept < 2:
         if there[P_LAST] - there[P_FIRST] >= 2:
-            here[:] = there
+            _copy(there, here)
         return place + kept
     if here[P_MIDDLE] > there[P_MIDDLE]:
-        for k in range(len(here)):
-            held = here[k]
-            here[k] = there[k]
-            there[k] = held
+        _swap(here, there)
     return place + 2
 
 
@@ -241,7 +238,7 @@ def _distinct(rows: FloatArray, found: int, radius: float) -> int:
             dy = y - rows[j, RANGE] * math.sin(rows[j, BEARING])
             new = new and math.hypot(dx, dy) > 2.0 * radius
         if new:
-            rows[kept] = rows[i]
+            _copy(rows[i], rows[kept])
             kept += 1
     _sort(rows, kept, False)
     return kept
@@ -260,11 +257,23 @@ def _sort(rows: FloatArray, count: int, by_visible: bool) -> None:
                 before = b > a or (b == a and before)
             if not before:
                 break
-            for k in range(len(one)):
-                held = one[k]
-                one[k] = two[k]
-                two[k] = held
+            _swap(one, two)
             j -= 1
+
+
+@compiled
+def _copy(source: FloatArray, target: FloatArray) -> None:
+    # Not by a slice: numba copies rows of one array by way of memory of its own.
+    for k in range(len(source)):
+        target[k] = source[k]
+
+
+@compiled
+def _swap(one: FloatArray, two: FloatArray) -> None:
+    for k in range(len(one)):
+        held = one[k]
+        one[k] = two[k]
+        two[k] = held
 
 
 @compiled
