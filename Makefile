@@ -19,7 +19,7 @@ lint: venv
 	$(BIN)/mypy
 
 bench: venv
-	$(BIN)/pytest benchmarks --benchmark-only -o python_files='bench_*.py' -o python_functions='bench_*'
+	$(BIN)/swarmvision bench --out out/bench
 
 venv: $(READY)
 

@@ -208,6 +208,26 @@ def reproduce(out: Out = None, as_json: Json = False) -> None:
 
 
 @app.command()
+def bench(
+    out: Out = None,
+    as_json: Json = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A glance at everything, for trying it out.")
+    ] = False,
+) -> None:
+    """Measure what everything costs, beside its rivals where they are installed."""
+    from swarmvision.benchmark.folder import bench as measure
+    from swarmvision.benchmark.table import table_text
+    from swarmvision.benchmark.timing import FULL, QUICK
+
+    with _announced():
+        report = measure(out, QUICK if quick else FULL, _say)
+    typer.echo(_json_line(report) if as_json else table_text(report), nl=as_json)
+    if out is not None:
+        _say(f"written to {out}: bench.json, bench.md, bench.png")
+
+
+@app.command()
 def doctor() -> None:
     """Tell what this machine has and whether each renderer draws."""
     from swarmvision.doctor import examine

@@ -20,7 +20,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("simulation", "recording", "drawing"),
     ("envs", "experiments"),
     ("showcase", "doctor", "calibration"),
-    ("reproduction",),
+    ("reproduction", "benchmark"),
     ("cli",),
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

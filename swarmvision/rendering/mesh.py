@@ -52,7 +52,7 @@ class MeshRenderer:
         self._robot = _robot_shape(robot, Marker.from_config(robot.marker), self._look)
         self._court = _court_shape(arena, self._look)
         self._objects = [_object_shape(thing) for thing in arena.objects]
-        _library()
+        library()
 
     def render(
         self, scene: Scene, lens_pose: FloatArray, observer: int | None = None, out: Image | None = None
@@ -83,7 +83,7 @@ class MeshRenderer:
         return np.concatenate([corners, encode(colours)[:, None]], axis=1)
 
     def _drawn(self, triangles: FloatArray, lens_pose: FloatArray) -> Image:
-        pyrender = _library()
+        pyrender = library()
         corners = triangles[:, :3].reshape(-1, 3)
         colours = np.repeat(triangles[:, 3], 3, axis=0) / 255.0
         primitive = pyrender.Primitive(
@@ -98,8 +98,8 @@ class MeshRenderer:
         camera = pyrender.IntrinsicsCamera(
             lens.focal_px * s, lens.focal_px * s, lens.centre_px[0] * s, lens.centre_px[1] * s, NEAR, FAR
         )
-        scene.add(camera, pose=_camera_pose(lens_pose, lens.height))
-        renderer = _context()
+        scene.add(camera, pose=camera_pose(lens_pose, lens.height))
+        renderer = offscreen()
         renderer.viewport_width, renderer.viewport_height = lens.width_px * s, lens.height_px * s
         flags = pyrender.RenderFlags.FLAT | pyrender.RenderFlags.SKIP_CULL_FACES
         colour: Image = renderer.render(scene, flags=flags)[0]
@@ -112,14 +112,19 @@ def graphics() -> str:
     Raises:
         RenderingError: If there is none.
     """
-    _context()
+    offscreen()
     from OpenGL import GL
 
     return str(GL.glGetString(GL.GL_RENDERER).decode())
 
 
 @lru_cache(maxsize=1)
-def _library() -> Any:
+def library() -> Any:
+    """Return pyrender, told to draw through EGL.
+
+    Raises:
+        RenderingError: If it cannot be imported; tells what to install.
+    """
     os.environ.setdefault("PYOPENGL_PLATFORM", "egl")
     try:
         import pyrender
@@ -129,17 +134,21 @@ def _library() -> Any:
 
 
 @lru_cache(maxsize=1)
-def _context() -> Any:
-    """Return the process's one off-screen renderer; deleting it would end every other one's display."""
+def offscreen() -> Any:
+    """Return the process's one off-screen renderer; deleting it would end every other one's display.
+
+    Raises:
+        RenderingError: If there is none.
+    """
     try:
-        return _library().OffscreenRenderer(64, 64)
+        return library().OffscreenRenderer(64, 64)
     except RenderingError:
         raise
     except Exception as fault:  # EGL fails in many ways, all of which mean the same here
         raise RenderingError(f"{INSTALL}: {fault}") from None
 
 
-def _camera_pose(lens_pose: FloatArray, height: float) -> FloatArray:
+def camera_pose(lens_pose: FloatArray, height: float) -> FloatArray:
     """Return OpenGL's camera (x right, y up, looking along -z) for a level lens, ``(4, 4)``."""
     cos, sin = np.cos(lens_pose[2]), np.sin(lens_pose[2])
     pose = np.eye(4)

@@ -1,0 +1,1 @@
+"""What everything costs, against its rivals and in the same run: the work behind ``swarmvision bench``."""

@@ -1,0 +1,197 @@
+"""One picture: what drawing, spoiling and reading it cost, beside renderers and detectors of others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from swarmvision.benchmark import rivals
+from swarmvision.benchmark.stage import (
+    ARENA,
+    DRAWN,
+    LENS_POSE,
+    MARKER,
+    NOISE,
+    READ,
+    ROBOT,
+    TURN_RATE,
+    Image,
+    in_view,
+    lens_of,
+    with_tags,
+)
+from swarmvision.benchmark.timing import Absent, Call, Effort, Figure, medians
+from swarmvision.camera import Lens
+from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
+from swarmvision.data import Scene
+from swarmvision.perception import Reader
+from swarmvision.rendering.imperfections import Imperfections
+from swarmvision.rendering.raycast import Raycaster
+
+FULL_WIDTH = 640  # px, of the paper's pictures
+DETECTORS = {
+    "aruco": ("DICT_4X4_50", 6, rivals.aruco),
+    "apriltag": ("DICT_APRILTAG_36h11", 8, rivals.apriltag),
+    "locus": ("DICT_APRILTAG_36h11", 8, rivals.locus),
+}
+"""OpenCV's name of the tags, their width in modules, and who finds them."""
+
+
+@dataclass(slots=True)
+class _Counter:
+    """Keys of pictures, so that no two have the same noise."""
+
+    key: int = 0
+
+    def next(self) -> int:
+        self.key += 1
+        return self.key
+
+
+def drawing(effort: Effort) -> dict[str, Figure]:
+    """Return what a picture with ``DRAWN`` neighbours costs (ms): ours, with noise, spoiled, and rivals."""
+    lens, scene = lens_of(FULL_WIDTH), in_view(DRAWN)
+    closers: list[Call] = []
+
+    def plain(*, shaded: bool) -> Callable[[], Call]:
+        def build() -> Call:
+            renderer = rivals.PlainPyrender(lens, DRAWN, shaded=shaded)
+            return lambda: renderer.render(scene, LENS_POSE, 0)
+
+        return build
+
+    calls: dict[str, Call | Absent] = {
+        "render": _render(lens, scene),
+        "render_with_noise": _render(lens, scene, NOISE),
+        "render_and_spoil": _render(lens, scene, IMPERFECTIONS["pi-v1"]),
+        "pyrender_flat": rivals.attempt("pyrender", plain(shaded=False)),
+        "pyrender_shaded": rivals.attempt("pyrender", plain(shaded=True)),
+        "vizdoom": rivals.attempt("vizdoom", lambda: rivals.vizdoom(closers)),
+        "pybullet": rivals.attempt("pybullet", lambda: rivals.pybullet(scene, closers)),
+        "copy": _copy(lens),
+    }
+    try:
+        return medians(calls, 2.0 * effort.seconds, elsewhere=("vizdoom",))
+    finally:
+        for close in closers:
+            close()
+
+
+def reading(effort: Effort) -> dict[str, Figure]:
+    """Return what reading a picture with ``READ`` neighbours costs (ms): ours, the paper's, tag detectors.
+
+    Tags stand in the markers' places and are as wide; every detector must find all of them. The camera is
+    at rest: ArUco loses tags to the blur of a turn.
+
+    Raises:
+        RuntimeError: If ``edges`` or ``fit`` misses a neighbour: a cost without the work would mean nothing.
+    """
+    lens, scene = lens_of(FULL_WIDTH), in_view(READ)
+    picture = spoiled(lens, scene, 0.0)
+    for method in ("edges", "fit"):
+        if (told := len(Reader(lens, MARKER, method).read(picture).seen)) != READ:
+            raise RuntimeError(f"{method} tells {told} of {READ} neighbours")
+    calls: dict[str, Call | Absent] = {
+        method: _read(lens, picture, method) for method in ("edges", "fit", "moments")
+    }
+    for name, (family, modules, detector) in DETECTORS.items():
+        tagged = _tagged(lens, scene, family, modules)
+        calls[name] = rivals.attempt(name, rivals.finding_all(detector, tagged, READ))
+    calls["aruco_on_markers"] = rivals.attempt("aruco", lambda: rivals.aruco(picture))
+    return medians(calls, 2.0 * effort.seconds)
+
+
+def by_neighbours(effort: Effort) -> dict[int, dict[str, Figure]]:
+    """Return what drawing, spoiling and reading cost (ms) with so many neighbours in view."""
+    lens = lens_of(FULL_WIDTH)
+    return {n: _costs(lens, in_view(n), n, effort.seconds / 2.0) for n in effort.neighbours}
+
+
+def by_width(effort: Effort) -> dict[int, dict[str, Figure]]:
+    """Return what drawing, spoiling and reading cost (ms) at so many columns, ``DRAWN`` in view."""
+    return {w: _costs(lens_of(w), in_view(DRAWN), DRAWN, effort.seconds / 2.0) for w in effort.widths_px}
+
+
+def found(neighbours: int) -> int:
+    """Return how many neighbours ``edges`` tells in the picture with so many in view."""
+    lens = lens_of(FULL_WIDTH)
+    return len(Reader(lens, MARKER, "edges").read(spoiled(lens, in_view(neighbours))).seen)
+
+
+def drawn(lens: Lens, scene: Scene) -> Image:
+    """Return a perfect picture from ``LENS_POSE``."""
+    return Raycaster(lens, ROBOT, ARENA).render(scene, LENS_POSE, 0)
+
+
+def spoiled(lens: Lens, scene: Scene, turn_rate: float = TURN_RATE) -> Image:
+    """Return a picture by the Pi camera of a robot that turns (rad/s)."""
+    image = drawn(lens, scene)
+    Imperfections(IMPERFECTIONS["pi-v1"], lens).spoil(image, 1, turn_rate)
+    return image
+
+
+def _tagged(lens: Lens, scene: Scene, family: str, modules: int) -> Image | Absent:
+    """Return a spoiled picture with tags in the markers' places, by a camera at rest."""
+    if not hasattr(cv2, "aruco"):
+        return Absent("this OpenCV has no ArUco to draw tags with")
+    image = with_tags(drawn(lens, in_view(0)), scene, rivals.tags(family, modules, READ))
+    Imperfections(IMPERFECTIONS["pi-v1"], lens).spoil(image, 1, 0.0)
+    return image
+
+
+def _costs(lens: Lens, scene: Scene, neighbours: int, seconds: float) -> dict[str, Figure]:
+    def pyrender() -> Call:
+        renderer = rivals.PlainPyrender(lens, neighbours)
+        return lambda: renderer.render(scene, LENS_POSE, 0)
+
+    picture = spoiled(lens, scene)
+    return medians(
+        {
+            "render": _render(lens, scene),
+            "spoil": _spoil(lens, scene),
+            "edges": _read(lens, picture, "edges"),
+            "pyrender_flat": rivals.attempt("pyrender", pyrender),
+        },
+        seconds,
+    )
+
+
+def _render(lens: Lens, scene: Scene, faults: ImperfectionsConfig | None = None) -> Call:
+    raycaster, keys = Raycaster(lens, ROBOT, ARENA), _Counter()
+    out = np.empty((lens.height_px, lens.width_px, 3), dtype=np.uint8)
+    if faults is None:
+        return lambda: raycaster.render(scene, LENS_POSE, 0, out)
+    camera = Imperfections(faults, lens)
+
+    def render() -> None:
+        raycaster.render(scene, LENS_POSE, 0, out)
+        camera.spoil(out, keys.next(), TURN_RATE)
+
+    return render
+
+
+def _spoil(lens: Lens, scene: Scene) -> Call:
+    """Return the faults alone, on a fresh copy each time; the copy is part of the cost."""
+    camera, keys = Imperfections(IMPERFECTIONS["pi-v1"], lens), _Counter()
+    fresh = drawn(lens, scene)
+    out = fresh.copy()
+
+    def spoil() -> None:
+        out[:] = fresh
+        camera.spoil(out, keys.next(), TURN_RATE)
+
+    return spoil
+
+
+def _read(lens: Lens, picture: Image, method: str) -> Call:
+    reader = Reader(lens, MARKER, method)
+    return lambda: reader.read(picture)
+
+
+def _copy(lens: Lens) -> Call:
+    one = np.zeros((lens.height_px, lens.width_px, 3), dtype=np.uint8)
+    two = np.ones_like(one)
+    return lambda: np.copyto(one, two)

@@ -1,0 +1,100 @@
+"""The process itself: memory over many pictures, the time to the first one, and what machine this is."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+
+from swarmvision.benchmark import rivals
+from swarmvision.benchmark.stage import one_camera, swarm
+from swarmvision.benchmark.timing import Absent, Effort, Figure
+from swarmvision.simulation import Simulation
+
+WATCHED = 10  # robots whose pictures fill the memory, or do not
+PACKAGES = ("numpy", "numba", "pymunk", "scipy")
+
+FIRST = """
+import time
+start = time.perf_counter()
+from swarmvision.benchmark.pictures import found
+found(5)
+print(time.perf_counter() - start)
+"""
+"""From the first import to the first picture drawn, spoiled and read."""
+
+
+def figures(effort: Effort) -> dict[str, Figure]:
+    """Return memory's growth (MB), over how many pictures, and the first picture's time (s)."""
+    fresh: Figure = Absent("only a full run compiles everything anew")
+    return {
+        "memory_growth_mb": memory_growth(effort.pictures),
+        "memory_watched_pictures": float(effort.pictures),
+        "first_picture_s": first_picture(fresh=False),
+        "first_picture_after_install_s": first_picture(fresh=True) if effort.fresh else fresh,
+    }
+
+
+def memory_growth(pictures: int) -> Figure:
+    """Return by how much (MB) resident memory grows over so many pictures in a simulation.
+
+    A tenth as many are taken before, so that buffers are there.
+    """
+    if not Path("/proc/self/statm").exists():
+        return Absent("memory: this system tells no resident size in /proc")
+    simulation = Simulation(swarm(WATCHED, one_camera()), 1, workers=1)
+    for _ in range(max(pictures // WATCHED // 10, 2)):
+        simulation.step()
+    before = _resident()
+    for _ in range(pictures // WATCHED):
+        simulation.step()
+    return (_resident() - before) / 1e6
+
+
+def first_picture(*, fresh: bool) -> Figure:
+    """Return the seconds that a new process takes to import us and to draw, spoil and read a picture.
+
+    Args:
+        fresh: Whether nothing is compiled yet, as after installing.
+    """
+    with tempfile.TemporaryDirectory() as empty:
+        cache = {"NUMBA_CACHE_DIR": empty} if fresh else {}
+        # The script has no folder of its own; the project is found as this process found it.
+        paths = os.pathsep.join(path for path in sys.path if path)
+        environment = {**os.environ, **cache, "PYTHONPATH": paths}
+        result = subprocess.run(
+            [sys.executable, "-c", FIRST], env=environment, capture_output=True, text=True, check=False
+        )
+    if result.returncode:
+        return Absent(f"first picture: {result.stderr.strip().splitlines()[-1]}")
+    return float(result.stdout)
+
+
+def machine() -> dict[str, object]:
+    """Return processor, cores and versions: what a figure depends on, and nothing that names the machine."""
+    return {
+        "processor": _processor(),
+        "cores": len(os.sched_getaffinity(0)),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        **{package: version(package) for package in PACKAGES},
+        **rivals.versions(),
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def _resident() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")

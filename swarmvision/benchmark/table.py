@@ -1,0 +1,70 @@
+"""The benchmark's figures as a table in Markdown: cost, rivals, how many times ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from swarmvision.benchmark.stage import DRAWN, READ
+
+ROWS = (
+    ("**Draw 640x460 px with noise**, {drawn} neighbours in view", "render_with_noise_ms", None),
+    ("without noise", "render_ms", None),
+    ("copying a picture, the floor of all drawing", "copy_ms", None),
+    ("pyrender, flat", "pyrender_flat_ms", "pyrender_flat_over_raycast"),
+    ("pyrender, shaded", "pyrender_shaded_ms", "pyrender_shaded_over_raycast"),
+    ("ViZDoom, its own level at 640x480 px", "vizdoom_ms", "vizdoom_over_raycast"),
+    ("PyBullet, software renderer", "pybullet_ms", "pybullet_over_raycast"),
+    ("**Spoil it**: all imperfections of pi-v1", "imperfections_ms", None),
+    ("**Read it** by `edges`, {read} neighbours", "edges_ms", None),
+    ("`fit`, for each neighbour on top", "fit_ms_per_neighbour", None),
+    ("the paper's method, `moments`", "moments_ms", "paper_over_perceive"),
+    ("OpenCV ArUco, {read} tags of that size", "aruco_ms", "aruco_over_perceive"),
+    ("OpenCV ArUco on our markers", "aruco_on_markers_ms", "aruco_on_markers_over_perceive"),
+    ("AprilTag 3, {read} tags", "apriltag_ms", "apriltag_over_perceive"),
+    ("locus-tag, {read} tags", "locus_ms", "locus_over_perceive"),
+    ("**The loop**: drawn, spoiled, read, tracked", "loop_ms", None),
+    ("naive: pyrender flat and the paper's method", "naive_loop_ms", "naive_over_loop"),
+)
+"""What it is, its time (ms), and the figure that holds it against ours: the bold one above it."""
+
+NUMBERS = (
+    ("camera pictures per second and core", "camera_pictures_per_second_core"),
+    ("two workers over one", "two_workers_over_one"),
+    ("100 robots, a 32 Hz camera each, two workers: times real time", "realtime_100_robots"),
+    ("robot-steps per second and core, 100 robots, `truth`", "truth_robot_steps_per_second_core"),
+    ("robot-steps per second and core, 100 robots, `error_model`", "error_model_robot_steps_per_second_core"),
+    ("robot-steps per second and core, 256 worlds of 8", "worlds_robot_steps_per_second_core"),
+    ("cost per robot, 1,000 over 10 robots, cameras", "camera_cost_per_robot_1000_over_10"),
+    ("the same, `truth`", "truth_cost_per_robot_1000_over_10"),
+    ("the same, `error_model`", "error_model_cost_per_robot_1000_over_10"),
+    ("resident memory grown over {pictures} pictures (MB)", "memory_growth_mb"),
+    ("import and first picture (s)", "first_picture_s"),
+    ("the same with everything to compile, once after installing (s)", "first_picture_after_install_s"),
+)
+
+
+def table_text(report: Mapping[str, Any]) -> str:
+    """Return times with their rivals', the other figures, and the machine, in Markdown."""
+    words = {"drawn": DRAWN, "read": READ, "pictures": f"{report['memory_watched_pictures']:,.0f}"}
+    lines = ["| one core | ms | times ours |", "| --- | ---: | ---: |"]
+    for text, time, times in ROWS:
+        ours = "" if times is None else _number(report[times])
+        lines.append(f"| {text.format(**words)} | {_number(report[time])} | {ours} |")
+    lines += ["", "| figure | |", "| --- | ---: |"]
+    lines += [f"| {text.format(**words)} | {_number(report[name])} |" for text, name in NUMBERS]
+    machine = report["machine"]
+    lines += ["", f"{machine['processor']}, {machine['cores']} cores. " + _versions(machine)]
+    lines += [f"Absent: {reason}." for reason in dict.fromkeys(report["reasons"].values())]
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "absent"
+    return f"{value:,.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
+
+
+def _versions(machine: Mapping[str, Any]) -> str:
+    told = {name: value for name, value in machine.items() if name not in ("processor", "cores", "system")}
+    return ", ".join(f"{name} {value}" for name, value in told.items() if value is not None) + "."
