@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +16,11 @@ from swarmvision.camera import Lens
 from swarmvision.colour import decode, encode, rgb
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.camera import LENSES, LensConfig
-from swarmvision.config.marker import PRESETS
+from swarmvision.config.marker import PRESETS, MarkerConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import BoolArray, Scene
 from swarmvision.geometry import FloatArray, compose
-from swarmvision.marker import Marker
+from swarmvision.marker import SHAPES, Marker
 from swarmvision.rendering import columns
 from swarmvision.rendering.appearance import Appearance, Light
 from swarmvision.rendering.raycast import Raycaster
@@ -24,7 +29,8 @@ SMALL = Lens.from_config(LensConfig(width_px=128, height_px=92, focal_px=126.9))
 LENS = Lens.from_config(LENSES["pi-v1"])
 ROBOT, ARENA = RobotConfig(), ArenaConfig(width=3.0, depth=3.0)
 EYE = np.array([0.0, 0.0, 0.0])
-SAMPLES = 6  # each way
+ALL = slice(None)
+SAMPLES = 8  # each way
 
 
 def random_poses(seed: int, robots: int = 4) -> FloatArray:
@@ -48,13 +54,14 @@ def brute_force(poses: FloatArray) -> FloatArray:
     best = np.full(u.shape, np.inf)
     colour = np.broadcast_to(look.beyond, step.shape).copy()
 
-    def hit(depth: FloatArray, where: BoolArray, print_: FloatArray, normal: FloatArray) -> None:
-        nearer = where & (depth > 1e-6) & (depth < best)
-        best[nearer] = depth[nearer]
-        shaded = (
-            np.broadcast_to(print_, step.shape) * light.shade(np.broadcast_to(normal, step.shape))[..., None]
-        )
-        colour[nearer] = shaded[nearer]
+    def hit(
+        depth: FloatArray, where: BoolArray, print_: FloatArray, normal: FloatArray, columns: slice = ALL
+    ) -> None:
+        nearer = where & (depth > 1e-6) & (depth < best[:, columns])
+        best[:, columns][nearer] = depth[nearer]
+        shape = (*depth.shape, 3)
+        print_, normal = np.broadcast_to(print_, shape)[nearer], np.broadcast_to(normal, shape)[nearer]
+        colour[:, columns][nearer] = print_ * light.shade(normal)[:, None]
 
     eye = np.array([0.0, 0.0, SMALL.height])
     with np.errstate(all="ignore"):
@@ -67,9 +74,14 @@ def brute_force(poses: FloatArray) -> FloatArray:
             normal[axis] = -side
             hit(depth, (height >= 0) & (height <= ARENA.wall_height), decode(rgb(look.wall_colour)), normal)
         for x, y, yaw in poses:
+            # Where a ball round the robot could be seen; behind the lens nowhere.
+            near = np.flatnonzero(np.abs(y - slope * x) < 0.1 * np.sqrt(1.0 + slope**2))
+            if x < -0.1 or len(near) == 0:
+                continue
+            these = slice(near[0], near[-1] + 1)
             cos, sin = np.cos(yaw), np.sin(yaw)
             turn = np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1.0]])  # robot from world
-            o, s = turn @ (eye - [x, y, 0]), step @ turn.T
+            o, s = turn @ (eye - [x, y, 0]), step[:, these] @ turn.T
             for axis, half in ((0, ROBOT.length / 2), (1, ROBOT.width / 2), (2, 0.0)):
                 for side in (-1, 1):
                     wall = side * half if axis < 2 else ROBOT.body_height
@@ -83,7 +95,7 @@ def brute_force(poses: FloatArray) -> FloatArray:
                     )
                     normal = np.zeros(3)
                     normal[axis] = side if axis < 2 else 1
-                    hit(depth, inside, decode(rgb(look.body_colour)), normal @ turn)
+                    hit(depth, inside, decode(rgb(look.body_colour)), normal @ turn, these)
             for radius, low, high in (
                 (ROBOT.mast_radius, ROBOT.body_height, marker.base),
                 (marker.radius, marker.base, marker.base + marker.height),
@@ -100,17 +112,20 @@ def brute_force(poses: FloatArray) -> FloatArray:
                     )
                 normal = np.nan_to_num(p / radius)
                 normal[..., 2] = 0
-                hit(depth, inside, prints, normal @ turn)
+                hit(depth, inside, prints, normal @ turn, these)
     shape = (SMALL.height_px, SAMPLES, SMALL.width_px, SAMPLES, 3)
     return np.rint(encode(colour.reshape(shape).mean(axis=(1, 3))))
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_agrees_with_brute_force(seed: int) -> None:
-    poses = random_poses(seed)
-    difference = np.abs(Raycaster(SMALL, ROBOT, ARENA).render(Scene.at_rest(poses), EYE) - brute_force(poses))
-    assert difference.mean() < 0.35  # 36 samples a pixel are themselves uncertain by as much at edges
-    assert np.percentile(difference, 99.5) < 16
+def test_agrees_with_brute_force() -> None:
+    raycaster = Raycaster(SMALL, ROBOT, ARENA)
+    differences = []
+    for seed in range(24):
+        poses = random_poses(seed, 1 + seed % 6)
+        # 64 samples a pixel are themselves uncertain by as much at edges.
+        differences.append(np.abs(raycaster.render(Scene.at_rest(poses), EYE) - brute_force(poses)))
+    assert np.mean(differences) <= 0.15
+    assert np.percentile(differences, 99.9) <= 16
 
 
 def test_a_mirrored_scene_gives_a_mirrored_picture() -> None:
@@ -183,10 +198,37 @@ def test_a_distorted_lens_bends_the_same_picture() -> None:
     np.testing.assert_allclose(bent.distort(middles[0]), middles[1], atol=0.7)  # masks are whole pixels
 
 
-def test_compiled_and_plain_kernels_agree() -> None:
-    knots = Marker.from_config(ROBOT.marker).bands[1].pattern
-    assert knots is not None
+@pytest.mark.parametrize("kind", [*SHAPES])
+def test_a_pattern_is_drawn_where_it_is_printed(kind: str) -> None:
+    pattern = {"kind": kind, "colour": "black", "thickness": 0.01}
+    bands = [{"colour": "white", "height": 0.04, "pattern": pattern}, {"colour": "red", "height": 0.01}]
+    config = MarkerConfig.model_validate({"name": kind, "radius": 0.02, "bands": bands})
+    printed = Marker.from_config(config).bands[0].pattern
+    assert printed is not None
     for phi in np.linspace(-7, 7, 41):
-        plain = getattr(columns.pattern_span, "py_func", columns.pattern_span)(knots.knots, phi)
-        np.testing.assert_allclose(columns.pattern_span(knots.knots, phi), plain, rtol=0, atol=1e-15)
-        np.testing.assert_allclose(plain, [float(edge) for edge in knots.span(phi)], atol=1e-12)
+        edges = columns.piece_edges(printed.knots, columns.piece_of(printed.knots, phi), phi)
+        np.testing.assert_allclose(edges, [float(edge) for edge in printed.span(phi)], atol=1e-12)
+
+
+def test_the_arc_sine_is_one() -> None:
+    for x in np.linspace(-1.0, 1.0, 101):
+        assert columns.arcsine(x) == pytest.approx(np.arcsin(x), abs=3e-8)
+
+
+def picture_bytes() -> str:
+    """A small picture with all kinds of things, and its fingerprint; also called in other processes."""
+    lens = Lens.from_config(LensConfig(width_px=48, height_px=32, focal_px=40.0))
+    arena = ARENA.replace(objects=(BoxConfig(x=0.9, y=0.4), DiscConfig(x=0.8, y=-0.3, height=0.05)))
+    scene = Scene.at_rest(random_poses(5), [[0.9, 0.4, 0.5], [0.8, -0.3, 0.0]])
+    return hashlib.sha256(Raycaster(lens, ROBOT, arena).render(scene, EYE).tobytes()).hexdigest()
+
+
+@pytest.mark.parametrize("setting", ["NUMBA_DISABLE_JIT=1", "NUMBA_CPU_NAME=generic"])
+def test_the_same_bytes_uncompiled_and_for_any_processor(setting: str, tmp_path: Path) -> None:
+    name, value = setting.split("=")
+    settings = {**os.environ, name: value, "NUMBA_CACHE_DIR": str(tmp_path)}
+    code = f"import runpy; print(runpy.run_path({str(Path(__file__))!r})['picture_bytes']())"
+    there = subprocess.run(
+        [sys.executable, "-c", code], env=settings, capture_output=True, text=True, check=True
+    )
+    assert there.stdout.strip() == picture_bytes()

@@ -1,11 +1,12 @@
-"""Kernels of the ray caster: one column of one solid as spans of constant light, and their painting.
+"""Kernels that cut solids by the columns of a level camera: where edges cross the borders of columns.
 
-A column of a level camera is one vertical plane. Where it cuts a solid, the solid is a stack of
-spans; each is cut by a few *sub-columns*, so that slanted edges, silhouettes and the seam of a
-pattern are anti-aliased exactly along the rows and by sub-columns across. Light is mixed linearly
-and encoded by table when it is stored.
+Seen along a border of a column, a vertical plane, an upright solid is a stack of bands. Each kernel
+fills in rows and shades of a sheet (see :mod:`swarmvision.rendering.painting`) for the columns that its
+solid reaches. Functions that take arrays call none that loop: each such call would count references,
+atomically, and threads that share the stage would wait for each other.
 
-Spans of a column: ``edges`` ``(SUB, spans + 1)`` rows from the top down, ``lights`` ``(SUB, spans, 3)``.
+``view`` is focal length, principal column and row (px), lens height (m). ``light`` is ambient, diffuse
+and the lamp's direction in the lens frame, see :class:`swarmvision.rendering.appearance.Light`.
 """
 
 from __future__ import annotations
@@ -19,296 +20,365 @@ from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 
 Image = NDArray[np.uint8]
-SUB = 4  # sub-columns of one column
-SPANS = 40  # most spans of one solid: 16 bands, one of them cut in three, and a lid
 NEAREST = 1e-3  # m; surfaces nearer than this to the lens plane are drawn as if there
-FAR_ROW = 1e6  # px; rows beyond are clipped, so that they stay whole numbers
-CODES = 16384  # steps of the table from light to sRGB: 0.2 grey levels where it is steepest
+FAR_ROW = 1e6  # px; beyond every picture
+NEAR, AZIMUTH, SHADE = 0, 1, 2  # what is kept of each border of a column
+BORDERS = 3  # numbers
+PIECES = 16  # most pieces of a pattern that are told apart in one column
+LEAST = 1e-12  # of a step that is divided by
+# M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 1964, 4.4.46: 2e-8 rad.
+ARC = (1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046,
+       0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911)  # fmt: skip
 
 
 @compiled
 def shade(light: FloatArray, x: float, y: float, z: float) -> float:
-    """Return Lambert's factor for a unit normal; ``light`` is ambient, diffuse and the lamp's direction."""
+    """Return Lambert's factor for a unit normal."""
     towards = light[2] * x + light[3] * y + light[4] * z
     factor: float = light[0] + light[1] * max(towards, 0.0)
     return factor
 
 
 @compiled
-def row_of(view: FloatArray, height: float, depth: float) -> float:
-    """Return the row (px) of a height (m) at a depth (m); ``view`` as in :func:`cylinder_spans`."""
-    row: float = view[2] - view[0] * (height - view[3]) / max(depth, NEAREST)
-    return min(max(row, -FAR_ROW), FAR_ROW)
+def arcsine(x: float) -> float:
+    """Return the arc sine, to 2e-8 rad and the same to the bit on every machine."""
+    a = min(abs(x), 1.0)
+    value = ARC[7]
+    for i in range(6, -1, -1):
+        value = value * a + ARC[i]
+    angle = math.pi / 2.0 - math.sqrt(1.0 - a) * value
+    return angle if x >= 0.0 else -angle
 
 
 @compiled
-def pattern_span(knots: FloatArray, azimuth: float) -> tuple[float, float]:
-    """Return low and high edge (m) of a pattern; the compiled twin of ``Pattern.span``."""
+def piece_of(knots: FloatArray, azimuth: float) -> int:
+    """Return which straight piece of a pattern is at an azimuth (rad); whole turns count on."""
     turn = 2.0 * math.pi
-    phi = azimuth - turn * math.floor(azimuth / turn)
+    turns = math.floor(azimuth / turn)
+    phi = azimuth - turn * turns
     i = len(knots) - 2
     while i > 0 and knots[i, 0] > phi:
         i -= 1
+    return int(turns * (len(knots) - 1) + i)
+
+
+@compiled
+def piece_edges(knots: FloatArray, piece: int, azimuth: float) -> tuple[float, float]:
+    """Return low and high edge (m) of a pattern, on one of its pieces, which may be drawn out."""
+    turns, i = piece // (len(knots) - 1), piece % (len(knots) - 1)
+    phi = azimuth - 2.0 * math.pi * turns
     width = max(knots[i + 1, 0] - knots[i, 0], 1e-12)
-    share = (phi - knots[i, 0]) / width
+    share = min(max((phi - knots[i, 0]) / width, 0.0), 1.0)
     low = knots[i, 1] + share * (knots[i + 1, 1] - knots[i, 1])
     high = knots[i, 2] + share * (knots[i + 1, 2] - knots[i, 2])
     return low, high
 
 
 @compiled
-def cylinder_reach(view: FloatArray, x: float, y: float, radius: float) -> tuple[float, float]:
-    """Return the columns (px) of the tangents to a circle in the lens frame; empty when it is behind."""
-    distance = math.hypot(x, y)
-    if distance <= radius or x <= 0.0:
-        return 0.0, 0.0
-    bearing, half = math.atan2(y, x), math.asin(radius / distance)
-    limit = math.pi / 2.0 - 1e-3
-    left, right = min(bearing + half, limit), max(bearing - half, -limit)
-    if left <= right:
-        return 0.0, 0.0
-    return view[1] - view[0] * math.tan(left), view[1] - view[0] * math.tan(right)
+def circle_reach(view: FloatArray, x: float, y: float, radius: float) -> tuple[float, float]:
+    """Return the columns (px) of the tangents to a circle in the lens frame; empty when it is behind.
 
-
-@compiled
-def cylinder_spans(
-    view: FloatArray,
-    light: FloatArray,
-    solid: FloatArray,
-    heights: FloatArray,
-    colours: FloatArray,
-    knots: FloatArray,
-    patterned: int,
-    reach: tuple[float, float],
-    column: int,
-    edges: FloatArray,
-    lights: FloatArray,
-) -> tuple[int, int, float]:
-    """Cut an upright cylinder by one column.
-
-    Args:
-        view: Focal, principal column and row (px), lens height (m).
-        light: See :func:`shade`, in the lens frame.
-        solid: x, y, yaw in the lens frame, radius.
-        heights: Of the band edges above the ground from the top down (m), one more than bands.
-        colours: Linear light of the bands, then of the pattern, ``(bands + 1, 3)``.
-        knots: Of the pattern, heights above the ground.
-        patterned: Which band carries the pattern; -1 for none.
-        reach: From :func:`cylinder_reach`.
-        column: Which.
-        edges: Out.
-        lights: Out.
-
-    Returns:
-        Spans, sub-columns that hit, and the fraction of the column's width that the solid covers.
+    A tangent's slope ``s`` solves ``(y - s x)^2 = R^2 (1 + s^2)``.
     """
-    start, end = max(float(column), reach[0]), min(column + 1.0, reach[1])
-    if end <= start:
-        return 0, 0, 0.0
-    bands = len(heights) - 1
-    lid = 1 if view[3] > heights[0] else 0
-    spans = bands + lid + (2 if patterned >= 0 else 0)
-    hits = 0
-    for sub in range(SUB):
-        u = start + (end - start) * (sub + 0.5) / SUB
-        slope = (view[1] - u) / view[0]
-        a = 1.0 + slope * slope
-        b = solid[0] + slope * solid[1]
-        under = b * b - a * (solid[0] * solid[0] + solid[1] * solid[1] - solid[3] * solid[3])
-        root = math.sqrt(max(under, 0.0))
-        near, far = (b - root) / a, (b + root) / a
-        if near <= 0.0:
-            continue
-        normal_x, normal_y = (near - solid[0]) / solid[3], (slope * near - solid[1]) / solid[3]
-        factor = shade(light, normal_x, normal_y, 0.0)
-        k = 0
-        edges[hits, 0] = row_of(view, heights[0], far if lid else near)
-        if lid:
-            top = shade(light, 0.0, 0.0, 1.0)
-            for channel in range(3):
-                lights[hits, 0, channel] = colours[0, channel] * top
-            edges[hits, 1] = row_of(view, heights[0], near)
-            k = 1
-        for band in range(bands):
-            if band == patterned:
-                azimuth = math.atan2(normal_y, normal_x) - solid[2]
-                low, high = pattern_span(knots, azimuth)
-                edges[hits, k + 1] = row_of(view, high, near)
-                edges[hits, k + 2] = row_of(view, low, near)
-                for channel in range(3):
-                    lights[hits, k, channel] = colours[band, channel] * factor
-                    lights[hits, k + 1, channel] = colours[bands, channel] * factor
-                k += 2
-            for channel in range(3):
-                lights[hits, k, channel] = colours[band, channel] * factor
-            edges[hits, k + 1] = row_of(view, heights[band + 1], near)
-            k += 1
-        hits += 1
-    return spans, hits, (end - start) * hits / SUB
+    if x <= -radius:
+        return 0.0, 0.0
+    under = x * x + y * y - radius * radius
+    if under <= 0.0:  # the lens is inside
+        return -FAR_ROW, FAR_ROW
+    root = radius * math.sqrt(under)
+    across = x * x - radius * radius
+    if x > radius and across > 0.0:
+        return view[1] - view[0] * (x * y + root) / across, view[1] - view[0] * (x * y - root) / across
+    # The lens plane cuts it: to one side it goes on for ever.
+    if y > 0.0:
+        other = (y * y - radius * radius) / (x * y + root)
+        return -FAR_ROW, view[1] - view[0] * other
+    other = (y * y - radius * radius) / (x * y - root)
+    return view[1] - view[0] * other, FAR_ROW
 
 
 @compiled
 def box_reach(view: FloatArray, box: FloatArray) -> tuple[float, float]:
-    """Return the columns (px) that a box can touch; box is x, y, yaw, half length, half width, height."""
-    cos, sin = math.cos(box[2]), math.sin(box[2])
+    """Return the columns (px) of a box's silhouette; box is x, y, yaw, half length, half width."""
     left, right = FAR_ROW, -FAR_ROW
-    behind = 0
     for i in range(4):
-        dx = box[3] if i < 2 else -box[3]
-        dy = box[4] if i % 2 == 0 else -box[4]
-        x, y = box[0] + cos * dx - sin * dy, box[1] + sin * dx + cos * dy
-        if x <= NEAREST:
-            behind += 1
-            continue
-        u = view[1] - view[0] * y / x
-        left, right = min(left, u), max(right, u)
-    if behind == 4:
+        x, y = _corner(box, i)
+        if x > NEAREST:
+            u = view[1] - view[0] * y / x
+            left, right = min(left, u), max(right, u)
+        next_x, next_y = _corner(box, (i + 1) % 4)
+        if (x > NEAREST) != (next_x > NEAREST):  # the lens plane cuts this side
+            y += (NEAREST - x) / (next_x - x) * (next_y - y)
+            u = view[1] - view[0] * y / NEAREST
+            left, right = min(left, u), max(right, u)
+    if left > right:
         return 0.0, 0.0
-    if behind > 0:  # the picture's plane cuts it: any column may meet it
-        return -FAR_ROW, FAR_ROW
     return left, right
 
 
 @compiled
-def box_hit(view: FloatArray, box: FloatArray, column: float) -> tuple[float, float, float, float]:
-    """Return near and far depth (m) of a box along a column (px), and the near face's normal in its frame."""
-    slope = (view[1] - column) / view[0]
+def _corner(box: FloatArray, i: int) -> tuple[float, float]:
+    """Return a corner of a box, counter-clockwise from the front left one."""
+    dx = box[3] if i in (0, 3) else -box[3]
+    dy = box[4] if i < 2 else -box[4]
     cos, sin = math.cos(box[2]), math.sin(box[2])
-    near, far = -1e30, 1e30
-    face_x, face_y = 0.0, 0.0
-    for axis in range(2):
-        # The lens and the ray's step in the box's frame.
-        origin = -cos * box[0] - sin * box[1] if axis == 0 else sin * box[0] - cos * box[1]
-        step = cos + sin * slope if axis == 0 else -sin + cos * slope
-        half = box[3] if axis == 0 else box[4]
-        if abs(step) < 1e-12:
-            step = 1e-12
-        one, two = (-half - origin) / step, (half - origin) / step
-        side = -1.0
-        if one > two:
-            one, two = two, one
-            side = 1.0
-        if one > near:
-            near = one
-            face_x, face_y = (side, 0.0) if axis == 0 else (0.0, side)
-        far = min(far, two)
-    return near, far, face_x, face_y
+    return box[0] + cos * dx - sin * dy, box[1] + sin * dx + cos * dy
 
 
 @compiled
-def box_spans(
+def box_hit(view: FloatArray, box: FloatArray, column: float) -> tuple[float, float]:
+    """Return near and far depth (m) of a box along a column (px)."""
+    slope = (view[1] - column) / view[0]
+    cos, sin = math.cos(box[2]), math.sin(box[2])
+    # The lens and the ray's step in the box's frame.
+    step_x, step_y = cos + sin * slope, -sin + cos * slope
+    inverse_x = 1.0 / (step_x if abs(step_x) > LEAST else LEAST)
+    inverse_y = 1.0 / (step_y if abs(step_y) > LEAST else LEAST)
+    middle_x, middle_y = (cos * box[0] + sin * box[1]) * inverse_x, (cos * box[1] - sin * box[0]) * inverse_y
+    half_x, half_y = box[3] * abs(inverse_x), box[4] * abs(inverse_y)
+    return max(middle_x - half_x, middle_y - half_y), min(middle_x + half_x, middle_y + half_y)
+
+
+@compiled
+def circle_hit(view: FloatArray, solid: FloatArray, column: float) -> float:
+    """Return the depth (m) of an upright cylinder's near side along a column (px)."""
+    slope = (view[1] - column) / view[0]
+    a = 1.0 + slope * slope
+    b = solid[0] + slope * solid[1]
+    under = b * b - a * (solid[0] * solid[0] + solid[1] * solid[1] - solid[3] * solid[3])
+    depth: float = (b - math.sqrt(max(under, 0.0))) / a
+    return depth
+
+
+@compiled
+def _face_factor(view: FloatArray, light: FloatArray, box: FloatArray, inside: bool, column: float) -> float:
+    """Return the shade of the face that a column (px) meets; seen from inside it is the far one's."""
+    slope = (view[1] - column) / view[0]
+    cos, sin = math.cos(box[2]), math.sin(box[2])
+    step_x, step_y = cos + sin * slope, -sin + cos * slope
+    inverse_x = 1.0 / (step_x if abs(step_x) > LEAST else LEAST)
+    inverse_y = 1.0 / (step_y if abs(step_y) > LEAST else LEAST)
+    middle_x, middle_y = (cos * box[0] + sin * box[1]) * inverse_x, (cos * box[1] - sin * box[0]) * inverse_y
+    half_x, half_y = box[3] * abs(inverse_x), box[4] * abs(inverse_y)
+    across = middle_x + half_x < middle_y + half_y if inside else middle_x - half_x > middle_y - half_y
+    # Either way the normal looks against the ray.
+    if across:
+        side = -math.copysign(1.0, step_x)
+        return shade(light, cos * side, sin * side, 0.0)
+    side = -math.copysign(1.0, step_y)
+    return shade(light, -sin * side, cos * side, 0.0)
+
+
+@compiled
+def box_sheet(
     view: FloatArray,
     light: FloatArray,
     box: FloatArray,
-    colour: FloatArray,
-    reach: tuple[float, float],
-    column: int,
-    edges: FloatArray,
-    lights: FloatArray,
-) -> tuple[int, int, float]:
-    """Cut a box that stands on the ground by one column: its lid, if seen, over the face that is hit."""
-    start, end = max(float(column), reach[0]), min(column + 1.0, reach[1])
-    if end <= start:
-        return 0, 0, 0.0
+    height: float,
+    inside: bool,
+    left: float,
+    right: float,
+    rows: FloatArray,
+    shades: FloatArray,
+) -> int:
+    """Fill in a box that stands on the ground; return the bands.
+
+    From outside these are its lid, if seen, and its faces; from inside what is beyond, faces, floor.
+
+    Args:
+        view: See above.
+        light: See above.
+        box: x, y, yaw in the lens frame, half length, half width.
+        height: m.
+        inside: Whether the lens is inside, and the box is the court.
+        left: Where the part of it begins that is in the picture (px).
+        right: And where it ends.
+        rows: Out, for the columns from ``floor(left)`` to ``ceil(right)``.
+        shades: Out.
+    """
+    first = math.floor(left)
+    columns = math.ceil(right) - first
+    lid = 1 if inside or view[3] > height else 0
+    rise = height - view[3]
+    for i in range(columns + 1):
+        near, far = box_hit(view, box, min(max(float(first + i), left), right))
+        if inside:
+            near, far = far, 0.0
+            rows[0, i], rows[3, i] = -FAR_ROW, FAR_ROW
+        else:
+            near = min(near, far)
+            rows[0, i] = view[2] - rise * view[0] / max(far, NEAREST)
+        scale = view[0] / max(near, NEAREST)
+        rows[lid, i] = view[2] - rise * scale
+        rows[lid + 1, i] = view[2] + view[3] * scale
+    top = 1.0 if inside else shade(light, 0.0, 0.0, 1.0)
+    for i in range(columns):
+        shades[lid, i] = 0.0
+    if lid:
+        for i in range(columns):
+            shades[0, i] = top
+    if inside:
+        for i in range(columns):
+            shades[2, i] = 1.0
+    # Face by face, from corner to corner; a column where two meet has its share of both.
+    begin = left
+    while begin < right:
+        end = right
+        for i in range(4):
+            x, y = _corner(box, i)
+            u = view[1] - view[0] * y / x if x > NEAREST else right
+            if begin + 1e-9 < u < end:
+                end = u
+        factor = _face_shade(view, light, box, inside, 0.5 * (begin + end))
+        for i in range(math.floor(begin) - first, math.ceil(end) - first):
+            wide = min(right, first + i + 1.0) - max(left, float(first + i))
+            shades[lid, i] += factor * (min(end, first + i + 1.0) - max(begin, float(first + i))) / wide
+        begin = end
+    return 3 if inside else 1 + lid
+
+
+@compiled
+def _face_shade(view: FloatArray, light: FloatArray, box: FloatArray, inside: bool, column: float) -> float:
+    """Return the shade of the face that a column (px) meets; seen from inside it is the far one's."""
+    slope = (view[1] - column) / view[0]
     cos, sin = math.cos(box[2]), math.sin(box[2])
-    lid = 1 if view[3] > box[5] else 0
-    top = shade(light, 0.0, 0.0, 1.0)
-    hits = 0
-    for sub in range(SUB):
-        u = start + (end - start) * (sub + 0.5) / SUB
-        near, far, face_x, face_y = box_hit(view, box, u)
-        if near >= far or far <= NEAREST:
-            continue
-        near = max(near, NEAREST)
-        factor = shade(light, cos * face_x - sin * face_y, sin * face_x + cos * face_y, 0.0)
-        edges[hits, 0] = row_of(view, box[5], far if lid else near)
-        edges[hits, lid] = row_of(view, box[5], near)
-        edges[hits, lid + 1] = row_of(view, 0.0, near)
-        for channel in range(3):
-            lights[hits, 0, channel] = colour[channel] * top
-            lights[hits, lid, channel] = colour[channel] * factor
-        hits += 1
-    return 1 + lid, hits, (end - start) * hits / SUB
+    step_x, step_y = cos + sin * slope, -sin + cos * slope
+    inverse_x = 1.0 / (step_x if abs(step_x) > LEAST else LEAST)
+    inverse_y = 1.0 / (step_y if abs(step_y) > LEAST else LEAST)
+    middle_x, middle_y = (cos * box[0] + sin * box[1]) * inverse_x, (cos * box[1] - sin * box[0]) * inverse_y
+    half_x, half_y = box[3] * abs(inverse_x), box[4] * abs(inverse_y)
+    across = middle_x + half_x < middle_y + half_y if inside else middle_x - half_x > middle_y - half_y
+    # Either way the normal looks against the ray.
+    side = -math.copysign(1.0, step_x if across else step_y)
+    return shade(light, cos * side if across else -sin * side, sin * side if across else cos * side, 0.0)
 
 
 @compiled
-def paint(
-    image: Image,
-    column: int,
-    spans: int,
-    hits: int,
-    cover: float,
-    edges: FloatArray,
-    lights: FloatArray,
-    decode: NDArray[np.float32],
-    encode: Image,
-) -> None:
-    """Lay the spans of one column over what is there already."""
-    height = image.shape[0]
-    top, bottom = edges[0, 0], edges[0, spans]
-    for sub in range(1, hits):
-        top, bottom = min(top, edges[sub, 0]), max(bottom, edges[sub, spans])
-    first = max(math.floor(top), 0)
-    last = min(math.ceil(bottom), height)
-    row = first
-    for k in range(spans):
-        begin, end = edges[0, k], edges[0, k + 1]
-        for sub in range(1, hits):
-            begin, end = max(begin, edges[sub, k]), min(end, edges[sub, k + 1])
-        inner = min(max(math.ceil(begin), row), last)
-        outer = min(math.floor(end), last)
-        if outer <= inner:
-            continue
-        _mix(image, column, row, inner, spans, hits, cover, edges, lights, decode, encode)
-        for channel in range(3):
-            value = 0.0
-            for sub in range(hits):
-                value += lights[sub, k, channel]
-            value *= cover / hits
-            if cover >= 1.0:
-                code = encode[_code(value)]
-                for i in range(inner, outer):
-                    image[i, column, channel] = code
-            else:
-                for i in range(inner, outer):
-                    behind = decode[image[i, column, channel]] * (1.0 - cover)
-                    image[i, column, channel] = encode[_code(value + behind)]
-        row = outer
-    _mix(image, column, row, last, spans, hits, cover, edges, lights, decode, encode)
+def cylinder_sheet(
+    view: FloatArray,
+    light: FloatArray,
+    solid: FloatArray,
+    heights: FloatArray,
+    bands: int,
+    patterned: int,
+    knots: FloatArray,
+    left: float,
+    right: float,
+    borders: FloatArray,
+    rows: FloatArray,
+    shades: FloatArray,
+    skip: Image,
+) -> int:
+    """Fill in an upright cylinder; return the bands: a lid, if seen, and those of its side.
+
+    In a frame along the ray the circle's middle is at ``(t, p)``; the normal where the ray meets it is
+    ``(-sqrt(R^2 - p^2), -p) / R``, so its azimuth is the ray's plus ``pi + asin(p / R)``.
+
+    Args:
+        view: See above.
+        light: See above.
+        solid: x, y, yaw in the lens frame, radius.
+        heights: Of the band edges above the ground from the top down (m), one more than bands.
+        bands: How many, not counting what a pattern adds.
+        patterned: Which band carries the pattern, and becomes three; -1 for none.
+        knots: Of the pattern, heights above the ground.
+        left: Where the part of it begins that is in the picture (px).
+        right: And where it ends.
+        borders: Out: f / depth, azimuth (rad) and shade at each border.
+        rows: Out, for the columns from ``floor(left)`` to ``ceil(right)``.
+        shades: Out.
+        skip: Out: set for columns, but the first and the last, with two or more pieces of the pattern.
+    """
+    first = math.floor(left)
+    columns = math.ceil(right) - first
+    lid = 1 if view[3] > heights[0] else 0
+    x, y, yaw, radius = solid[0], solid[1], solid[2], solid[3]
+    for i in range(columns + 1):
+        slope = (view[1] - min(max(float(first + i), left), right)) / view[0]
+        scale = 1.0 / math.sqrt(1.0 + slope * slope)
+        t = (x + slope * y) * scale
+        p = min(max((y - slope * x) * scale, -radius), radius)
+        root = math.sqrt(radius * radius - p * p)
+        near = view[0] / max((t - root) * scale, NEAREST)
+        borders[NEAR, i] = near
+        towards = -light[2] * (root - slope * p) - light[3] * (slope * root + p)
+        borders[SHADE, i] = light[0] + light[1] * max(towards * scale / radius, 0.0)
+        if lid:
+            rows[0, i] = view[2] - (heights[0] - view[3]) * view[0] / max((t + root) * scale, NEAREST)
+        if patterned >= 0:
+            borders[AZIMUTH, i] = math.pi + arcsine(p / radius) - yaw + math.atan(slope)
+    k = lid
+    for band in range(bands + 1):
+        for i in range(columns + 1):
+            rows[k, i] = view[2] - (heights[band] - view[3]) * borders[NEAR, i]
+        k += 1
+        if band == patterned:
+            before = 0
+            for i in range(columns + 1):
+                piece = piece_of(knots, borders[AZIMUTH, i])
+                low, high = piece_edges(knots, piece, borders[AZIMUTH, i])
+                rows[k, i] = view[2] - (high - view[3]) * borders[NEAR, i]
+                rows[k + 1, i] = view[2] - (low - view[3]) * borders[NEAR, i]
+                if i > 1:
+                    skip[i - 1] = 1 if piece != before and i < columns else 0
+                before = piece
+            k += 2
+    for band in range(k - 1):
+        for i in range(columns):
+            shades[band, i] = 0.5 * (borders[SHADE, i] + borders[SHADE, i + 1])
+    if lid:
+        top = shade(light, 0.0, 0.0, 1.0)
+        for i in range(columns):
+            shades[0, i] = top
+    return k - 1
 
 
 @compiled
-def _code(light: float) -> int:
-    return int(min(max(light, 0.0), 1.0) * (CODES - 1) + 0.5)
+def cut_column(
+    view: FloatArray,
+    knots: FloatArray,
+    i: int,
+    bands: int,
+    carrier: int,
+    borders: FloatArray,
+    rows: FloatArray,
+    cuts: FloatArray,
+    shares: FloatArray,
+) -> int:
+    """Cut a column at the knots of the pattern; return how many pieces.
 
-
-@compiled
-def _mix(
-    image: Image,
-    column: int,
-    first: int,
-    last: int,
-    spans: int,
-    hits: int,
-    cover: float,
-    edges: FloatArray,
-    lights: FloatArray,
-    decode: NDArray[np.float32],
-    encode: Image,
-) -> None:
-    """Paint rows that some edge crosses: every sub-column's spans by their share of the row."""
-    for row in range(first, last):
-        red = green = blue = covered = 0.0
-        for sub in range(hits):
-            for k in range(spans):
-                share = min(edges[sub, k + 1], row + 1.0) - max(edges[sub, k], float(row))
-                if share > 0.0:
-                    red += share * lights[sub, k, 0]
-                    green += share * lights[sub, k, 1]
-                    blue += share * lights[sub, k, 2]
-                    covered += share
-        weight = cover / hits
-        behind = 1.0 - covered * weight
-        image[row, column, 0] = encode[_code(red * weight + behind * decode[image[row, column, 0]])]
-        image[row, column, 1] = encode[_code(green * weight + behind * decode[image[row, column, 1]])]
-        image[row, column, 2] = encode[_code(blue * weight + behind * decode[image[row, column, 2]])]
+    Args:
+        view: See above.
+        knots: Of the pattern, heights above the ground.
+        i: Which column of the sheet.
+        bands: Of the sheet.
+        carrier: The first of the three that the patterned one has become.
+        borders: Of :func:`cylinder_sheet`.
+        rows: Of the sheet.
+        cuts: Out: rows at both ends of each piece, ``(bands + 1, 2 pieces)``.
+        shares: Out: of the column's width, of each piece.
+    """
+    begin, end = borders[AZIMUTH, i], borders[AZIMUTH, i + 1]
+    from_ = begin
+    pieces = len(knots) - 1
+    last = piece_of(knots, end)
+    used = 0
+    for piece in range(piece_of(knots, begin), last + 1):
+        to = end
+        if piece < last:
+            to = 2.0 * math.pi * (piece // pieces) + knots[piece % pieces + 1, 0]
+        if to > from_ and used < PIECES:
+            for side in range(2):
+                azimuth = from_ if side == 0 else to
+                share = (azimuth - begin) / (end - begin)
+                near = borders[NEAR, i] + share * (borders[NEAR, i + 1] - borders[NEAR, i])
+                place = 2 * used + side
+                for k in range(bands + 1):
+                    cuts[k, place] = rows[k, i] + share * (rows[k, i + 1] - rows[k, i])
+                low, high = piece_edges(knots, piece, azimuth)
+                cuts[carrier + 1, place] = view[2] - (high - view[3]) * near
+                cuts[carrier + 2, place] = view[2] - (low - view[3]) * near
+            shares[used] = (to - from_) / (end - begin)
+            used += 1
+            from_ = to
+    return used

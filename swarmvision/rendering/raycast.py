@@ -1,48 +1,45 @@
 """Analytic column ray caster, the default renderer: needs no graphics library.
 
 The world is boxes, upright cylinders, a floor and four walls, and the lens is level, so a column of
-the picture is one vertical plane: background row by row, then in each column the solids that it
-meets, far to near. What is out of sight is culled by its tangents and costs nothing. A distorted
-lens is drawn straight and bent afterwards.
+the picture is one vertical plane. What is out of sight is culled by its tangents and costs nothing.
+The rest is painted part by part, far to near, each as a sheet of bands over its columns
+(:mod:`swarmvision.rendering.columns`, :mod:`swarmvision.rendering.painting`). A distorted lens is
+drawn straight and bent afterwards.
+
+:func:`draw` is the whole of it as one compiled function of arrays, for loops over many cameras.
 """
 
 from __future__ import annotations
 
 import math
+import threading
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.colour import decode, encode, rgb
 from swarmvision.compiled import compiled
-from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
+from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
-from swarmvision.geometry import FloatArray, compose, inverse
-from swarmvision.marker import Marker
+from swarmvision.geometry import FloatArray
 from swarmvision.rendering.appearance import Appearance
 from swarmvision.rendering.columns import (
-    CODES,
-    NEAREST,
-    SPANS,
-    SUB,
-    Image,
     box_hit,
     box_reach,
-    box_spans,
-    cylinder_reach,
-    cylinder_spans,
-    paint,
-    row_of,
-    shade,
+    box_sheet,
+    circle_hit,
+    circle_reach,
+    cut_column,
+    cylinder_sheet,
 )
+from swarmvision.rendering.painting import SCALE, copy_row, paint_sheet
+from swarmvision.rendering.stage import BODY, COURT, CYLINDER, MARKER, OBJECTS, Image, Places, Scratch, Stage
 
-DECODE = decode(np.arange(256)).astype(np.float32)
-ENCODE = np.rint(encode(np.arange(CODES) / (CODES - 1))).astype(np.uint8)
-NO_KNOTS = np.zeros((2, 3))
-BOX, CYLINDER, CARRIER = 0, 1, 2  # kinds of solid; a carrier is a box with mast and marker
+X, Y, YAW, SIZE, WIDTH, LEFT, RIGHT, FAR, ROUND = range(9)  # of a solid, see _cull
+ROOM = 16  # robots that fit at first
+TRIES = 8  # columns at which two solids are compared
 
 
 class Raycaster:
@@ -52,19 +49,15 @@ class Raycaster:
         self, lens: Lens, robot: RobotConfig, arena: ArenaConfig, appearance: Appearance | None = None
     ) -> None:
         """Prepare colours and tables."""
-        look = appearance or Appearance()
-        marker = Marker.from_config(robot.marker)
         self._lens = lens
-        self._light = look.light
-        self._view = np.array([lens.focal_px, *lens.centre_px, lens.height])
-        self._body = np.array([robot.length / 2, robot.width / 2, robot.body_height, marker.radius])
-        self._mast = np.array([robot.mast_radius, marker.base, robot.body_height])
-        self._paints = decode([rgb(look.body_colour), rgb(look.mast_colour)])
-        self._heights, self._colours, self._knots, self._patterned = _skin(marker)
-        self._objects = [_object_row(thing) for thing in arena.objects]
-        self._court = np.array([arena.width / 2.0, arena.depth / 2.0, arena.wall_height])
-        self._ground = np.array([look.beyond, decode(rgb(look.wall_colour)), look.floor])
+        self.stage = Stage.of(lens, robot, arena, appearance or Appearance())
+        """What :func:`draw` needs to know."""
         self._maps = _bending_maps(lens) if lens.is_distorted else None
+        self._memory = threading.local()
+
+    def scratch(self, robots: int) -> Scratch:
+        """Return memory for :func:`draw` with up to so many robots, for one thread."""
+        return Scratch.of(self._lens, self.stage, robots)
 
     def render(
         self, scene: Scene, lens_pose: FloatArray, observer: int | None = None, out: Image | None = None
@@ -80,70 +73,32 @@ class Raycaster:
         Returns:
             sRGB, shape ``(h, w, 3)``.
         """
-        if out is None:
-            out = np.empty((self._lens.height_px, self._lens.width_px, 3), dtype=np.uint8)
-        lens_from_world = inverse(lens_pose)
-        robots = compose(lens_from_world, scene.pose)
-        if observer is not None:
-            robots = np.delete(robots, observer, axis=0)
-        objects = np.zeros((len(self._objects), 10))
-        for i, row in enumerate(self._objects):
-            objects[i] = row
-            objects[i, 1:4] = compose(lens_from_world, scene.object_pose[i])
-        direction = self._light.direction
-        yaw = float(lens_pose[2])
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        light = np.array(
-            [
-                self._light.ambient,
-                self._light.diffuse,
-                cos * direction[0] + sin * direction[1],
-                -sin * direction[0] + cos * direction[1],
-                direction[2],
-            ]
-        )
-        pose = np.array(lens_pose, dtype=np.float64)
-        _draw_background(out, self._view, light, pose, self._court, self._ground, DECODE, ENCODE)
-        _draw_solids(
-            out,
-            self._view,
-            light,
-            robots,
-            objects,
-            self._body,
-            self._mast,
-            self._paints,
-            self._heights,
-            self._colours,
-            self._knots,
-            self._patterned,
-            DECODE,
-            ENCODE,
+        shape = (self._lens.height_px, self._lens.width_px, 3)
+        image = out if out is not None and out.flags.c_contiguous else np.empty(shape, dtype=np.uint8)
+        draw(
+            image.reshape(shape[0], -1),
+            np.array(lens_pose, dtype=np.float64),
+            scene.pose,
+            -1 if observer is None else observer,
+            scene.object_pose,
+            self.stage,
+            self._own_scratch(scene.robots),
         )
         if self._maps is not None:
-            straight = out.copy()
-            cv2.remap(straight, *self._maps, cv2.INTER_LINEAR, out, cv2.BORDER_REPLICATE)
+            image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
+        if out is None or out is image:
+            return image
+        out[:] = image
         return out
 
-
-def _skin(marker: Marker) -> tuple[FloatArray, FloatArray, FloatArray, int]:
-    """Return band edges above the ground, colours, knots and the patterned band's number."""
-    heights = np.array([marker.height, *(band.bottom for band in marker.bands)]) + marker.base
-    colours = [band.colour for band in marker.bands]
-    carrier = marker.patterned
-    if carrier is None or carrier.pattern is None:
-        return heights, decode([*colours, colours[0]]), NO_KNOTS, -1
-    knots = carrier.pattern.knots + np.array([0.0, marker.base, marker.base])
-    return heights, decode([*colours, carrier.pattern.colour]), knots, marker.bands.index(carrier)
-
-
-def _object_row(thing: BoxConfig | DiscConfig) -> FloatArray:
-    """Return kind, pose (filled in later), half length or radius, half width, height, linear colour."""
-    if isinstance(thing, DiscConfig):
-        sizes = (CYLINDER, 0, 0, 0, thing.radius, thing.radius, thing.height)
-    else:
-        sizes = (BOX, 0, 0, 0, thing.length / 2, thing.width / 2, thing.height)
-    return np.array([*sizes, *decode(rgb(thing.colour))])
+    def _own_scratch(self, robots: int) -> Scratch:
+        """Return this thread's memory."""
+        memory = self._memory
+        if getattr(memory, "robots", -1) < robots:
+            memory.robots = max(robots, ROOM)
+            memory.scratch = self.scratch(memory.robots)
+        scratch: Scratch = memory.scratch
+        return scratch
 
 
 def _bending_maps(lens: Lens) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -154,195 +109,266 @@ def _bending_maps(lens: Lens) -> tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
 @compiled
-def _draw_background(
+def draw(
     image: Image,
-    view: FloatArray,
-    light: FloatArray,
-    pose: FloatArray,
-    court: FloatArray,
-    ground: FloatArray,
-    decode: NDArray[np.float32],
-    encode: Image,
+    lens_pose: FloatArray,
+    robots: FloatArray,
+    observer: int,
+    objects: FloatArray,
+    stage: Stage,
+    scratch: Scratch,
 ) -> None:
-    """Fill the picture with sky, walls and floor, row by row; ``pose`` is of the lens in the world."""
-    height, width = image.shape[0], image.shape[1]
-    tops, bottoms = np.empty(width), np.empty(width)
-    wall = np.empty((width, 3))
-    template = np.empty((3, width, 3), dtype=np.uint8)
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    for column in range(width):
-        slope = (view[1] - column - 0.5) / view[0]
-        step_x, step_y = cos - sin * slope, sin + cos * slope
-        # Depth at which the ray leaves the court through a wall across x or across y.
-        across_x = (math.copysign(court[0], step_x) - pose[0]) / (step_x if abs(step_x) > 1e-12 else 1e-12)
-        across_y = (math.copysign(court[1], step_y) - pose[1]) / (step_y if abs(step_y) > 1e-12 else 1e-12)
-        depth = max(min(across_x, across_y), NEAREST)
-        if across_x < across_y:
-            out_x, out_y = math.copysign(1.0, step_x), 0.0
+    """Draw one picture; allocates nothing, needs no interpreter, and may be called by compiled code.
+
+    Args:
+        image: Out: sRGB, ``(h, 3 w)``, contiguous, of an undistorted lens.
+        lens_pose: x (m), y (m), yaw (rad) of the lens in the world.
+        robots: Poses of all robots in the world, ``(r, 3)``.
+        observer: Which robot is not drawn; -1 for none.
+        objects: Poses of the arena's objects in the world, ``(n, 3)``.
+        stage: Of the :class:`Raycaster`.
+        scratch: Of :meth:`Raycaster.scratch`, for as many robots or more.
+    """
+    height, width = image.shape[0], image.shape[1] // 3
+    view, light, solid, window = stage.optics, scratch.light, scratch.solid, scratch.window
+    cos, sin = math.cos(lens_pose[2]), math.sin(lens_pose[2])
+    light[0], light[1], light[4] = stage.lamp[0], stage.lamp[1], stage.lamp[4]
+    light[2] = cos * stage.lamp[2] + sin * stage.lamp[3]
+    light[3] = cos * stage.lamp[3] - sin * stage.lamp[2]
+    used = _cull(width, lens_pose, robots, observer, objects, stage, scratch.solids, scratch.parts)
+    _sort(used, view, scratch.solids, scratch.order)
+    # All in one loop, for functions that take arrays have to be few, see painting.
+    for j in range(-1, used):
+        if j < 0:
+            solid[X] = -cos * lens_pose[0] - sin * lens_pose[1]
+            solid[Y] = sin * lens_pose[0] - cos * lens_pose[1]
+            solid[YAW] = -lens_pose[2]
+            part = last = COURT
         else:
-            out_x, out_y = 0.0, math.copysign(1.0, step_y)
-        # The inner face looks back; its normal in the lens frame.
-        factor = shade(light, -(cos * out_x + sin * out_y), -(-sin * out_x + cos * out_y), 0.0)
-        tops[column] = row_of(view, court[2], depth)
-        bottoms[column] = row_of(view, 0.0, depth)
-        for channel in range(3):
-            wall[column, channel] = ground[1, channel] * factor
-            for part in range(3):
-                value = wall[column, channel] if part == 1 else ground[part, channel]
-                template[part, column, channel] = encode[int(min(value, 1.0) * (CODES - 1) + 0.5)]
-    top_first, top_last = tops.min(), tops.max()
-    bottom_first, bottom_last = bottoms.min(), bottoms.max()
-    for row in range(height):
-        if row + 1 <= top_first:
-            image[row] = template[0]
-        elif row >= bottom_last:
-            image[row] = template[2]
-        elif row >= top_last and row + 1 <= bottom_first:
-            image[row] = template[1]
-        else:
-            for column in range(width):
-                above = min(max(tops[column] - row, 0.0), 1.0)
-                below = min(max(row + 1.0 - bottoms[column], 0.0), 1.0)
-                for channel in range(3):
-                    value = (
-                        above * ground[0, channel]
-                        + below * ground[2, channel]
-                        + (1.0 - above - below) * wall[column, channel]
+            i = scratch.order[j]
+            solid[X], solid[Y], solid[YAW] = (
+                scratch.solids[i, X],
+                scratch.solids[i, Y],
+                scratch.solids[i, YAW],
+            )
+            part = scratch.parts[i]
+            last = MARKER if part == BODY else part
+        while part <= last:
+            kind, bands, patterned = stage.kinds[part, 0], stage.kinds[part, 1], stage.kinds[part, 2]
+            solid[SIZE], solid[WIDTH] = stage.sizes[part, 0], stage.sizes[part, 1]
+            if part == COURT:
+                left, right = 0.0, float(width)
+            elif kind == CYLINDER:
+                left, right = circle_reach(view, solid[X], solid[Y], solid[SIZE])
+            else:
+                left, right = box_reach(view, solid)
+            left, right = max(left, 0.0), min(right, float(width))
+            first, spans, sides = math.floor(left), 0, bands
+            columns = math.ceil(right) - first
+            if right > left and kind == CYLINDER:
+                sides = bands if patterned < 0 else bands + 2
+                spans = cylinder_sheet(
+                    view,
+                    light,
+                    solid,
+                    stage.heights[part],
+                    bands,
+                    patterned,
+                    stage.knots,
+                    left,
+                    right,
+                    scratch.borders,
+                    scratch.rows,
+                    scratch.shades,
+                    scratch.skip,
+                )
+            elif right > left:
+                spans = box_sheet(
+                    view,
+                    light,
+                    solid,
+                    stage.heights[part, 0],
+                    part == COURT,
+                    left,
+                    right,
+                    scratch.rows,
+                    scratch.shades,
+                )
+            window[0], window[1] = 0, height
+            if part == COURT:
+                sides = spans
+                _fill_rows(
+                    image,
+                    window,
+                    scratch.rows,
+                    stage.colours[COURT],
+                    scratch.codes,
+                    stage.encode,
+                )
+            lid = spans - sides
+            # First the whole sheet, then, one by one, columns in which the pattern jumps or bends.
+            column, pieces = -1, 1
+            while spans > 0 and column < columns:
+                begin, end = (0, columns) if column < 0 else (column, column + 1)
+                if column >= 0:
+                    scratch.skip[column] = 0
+                    pieces = cut_column(
+                        view,
+                        stage.knots,
+                        column,
+                        spans,
+                        lid + patterned,
+                        scratch.borders,
+                        scratch.rows,
+                        scratch.cuts,
+                        scratch.shares,
                     )
-                    image[row, column, channel] = encode[int(min(max(value, 0.0), 1.0) * (CODES - 1) + 0.5)]
+                painted = 0.0
+                for piece in range(pieces):
+                    lag, start, stop = 0, left, right
+                    if column >= 0:  # over the pieces before, by its share of their widths together
+                        painted += scratch.shares[piece]
+                        lag, start = column - 2 * piece, float(first + column)
+                        stop = start + scratch.shares[piece] / painted
+                    paint_sheet(
+                        image,
+                        window,
+                        first,
+                        begin,
+                        end,
+                        lag,
+                        start,
+                        stop,
+                        spans,
+                        lid,
+                        stage.colours[part],
+                        scratch.rows if column < 0 else scratch.cuts,
+                        scratch.shades,
+                        scratch.lights,
+                        scratch.codes,
+                        scratch.done,
+                        scratch.skip,
+                        stage.decode,
+                        stage.encode,
+                    )
+                column = max(column + 1, 1)
+                while column < columns and (patterned < 0 or scratch.skip[column] == 0):
+                    column += 1
+            part += 1
 
 
 @compiled
-def _draw_solids(
+def _fill_rows(
     image: Image,
-    view: FloatArray,
-    light: FloatArray,
-    robots: FloatArray,
-    objects: FloatArray,
-    body: FloatArray,
-    mast: FloatArray,
-    paints: FloatArray,
-    heights: FloatArray,
+    window: Places,
+    rows: FloatArray,
     colours: FloatArray,
-    knots: FloatArray,
-    patterned: int,
-    decode: NDArray[np.float32],
+    codes: Image,
     encode: Image,
 ) -> None:
-    """Paint robots and objects, in every column far to near."""
-    count = len(robots) + len(objects)
-    solids, tints = np.empty((count, 6)), np.empty((count, 3))
-    reaches, kinds = np.empty((count, 2)), np.empty(count, dtype=np.int64)
-    used = _cull(view, image.shape[1], robots, objects, body, paints, solids, tints, reaches, kinds)
-    edges, lights = np.empty((SUB, SPANS + 1)), np.empty((SUB, SPANS, 3))
-    order, depths = np.empty(used, dtype=np.int64), np.empty(used)
-    plain, plain_colours = np.empty(2), np.empty((2, 3))
-    pole = np.empty(4)
-    for column in range(image.shape[1]):
-        for j in range(_order(view, column, solids, reaches, kinds, used, order, depths)):
-            i = order[j]
-            solid, reach = solids[i], (reaches[i, 0], reaches[i, 1])
-            pole[:3] = solid[:3]
-            if kinds[i] == CYLINDER:
-                pole[3], plain[0], plain[1] = solid[3], solid[5], 0.0
-                plain_colours[:] = tints[i]
-                spans, hits, cover = cylinder_spans(
-                    view, light, pole, plain, plain_colours, knots, -1, reach, column, edges, lights
-                )
-            else:
-                spans, hits, cover = box_spans(view, light, solid, tints[i], reach, column, edges, lights)
-            if hits > 0:
-                paint(image, column, spans, hits, cover, edges, lights, decode, encode)
-            if kinds[i] != CARRIER:
-                continue
-            pole[3], plain[0], plain[1] = mast[0], mast[1], mast[2]
-            plain_colours[:] = paints[1]
-            reach = cylinder_reach(view, pole[0], pole[1], pole[3])
-            spans, hits, cover = cylinder_spans(
-                view, light, pole, plain, plain_colours, knots, -1, reach, column, edges, lights
-            )
-            if hits > 0:
-                paint(image, column, spans, hits, cover, edges, lights, decode, encode)
-            pole[3] = body[3]
-            reach = cylinder_reach(view, pole[0], pole[1], pole[3])
-            spans, hits, cover = cylinder_spans(
-                view, light, pole, heights, colours, knots, patterned, reach, column, edges, lights
-            )
-            if hits > 0:
-                paint(image, column, spans, hits, cover, edges, lights, decode, encode)
+    """Paint whole rows of what is beyond the walls and of floor; leave those between in the window."""
+    height, width = image.shape[0], image.shape[1] // 3
+    top, bottom = rows[1, 0], rows[2, 0]
+    for i in range(1, width + 1):
+        top, bottom = min(top, rows[1, i]), max(bottom, rows[2, i])
+    first = min(max(math.floor(top), 0), height)
+    last = max(min(math.ceil(bottom), height), first)
+    for band in range(0, 3, 2):
+        for c in range(3):
+            code = encode[int(min(colours[band, c], 1.0) * SCALE + 0.5)]
+            for i in range(width):
+                codes[band, 3 * i + c] = code
+    for y in range(first):
+        copy_row(codes[0], image[y])
+    for y in range(last, height):
+        copy_row(codes[2], image[y])
+    window[0], window[1] = first, last
 
 
 @compiled
 def _cull(
-    view: FloatArray,
     width: int,
+    lens_pose: FloatArray,
     robots: FloatArray,
+    observer: int,
     objects: FloatArray,
-    body: FloatArray,
-    paints: FloatArray,
+    stage: Stage,
     solids: FloatArray,
-    tints: FloatArray,
-    reaches: FloatArray,
-    kinds: NDArray[np.int64],
+    parts: Places,
 ) -> int:
-    """List what can be in view: shape, colour, columns and kind of each; return how many."""
+    """List what is in view, in the lens frame, with the first part of each; return how many.
+
+    Of each: x, y, yaw, half length or radius, half width, left and right column, distance, and radius of
+    the circle round it.
+    """
+    cos, sin = math.cos(lens_pose[2]), math.sin(lens_pose[2])
     used = 0
     for i in range(len(robots) + len(objects)):
+        part, pose = BODY, robots[0] if len(robots) > 0 else lens_pose
         if i < len(robots):
-            kinds[used] = CARRIER
-            solids[used, :3] = robots[i]
-            solids[used, 3:] = body[:3]
-            tints[used] = paints[0]
+            pose = robots[i]
         else:
-            thing = objects[i - len(robots)]
-            kinds[used] = int(thing[0])
-            solids[used] = thing[1:7]
-            tints[used] = thing[7:10]
-        if kinds[used] == CYLINDER:
-            left, right = cylinder_reach(view, solids[used, 0], solids[used, 1], solids[used, 3])
-        else:
-            left, right = box_reach(view, solids[used])
-        if right > 0.0 and left < width and right > left:
-            reaches[used, 0], reaches[used, 1] = left, right
+            part, pose = OBJECTS + i - len(robots), objects[i - len(robots)]
+        east, north = pose[0] - lens_pose[0], pose[1] - lens_pose[1]
+        x, y = cos * east + sin * north, cos * north - sin * east
+        one, two = stage.sizes[part, 0], stage.sizes[part, 1]
+        radius = one if stage.kinds[part, 0] == CYLINDER else math.sqrt(one * one + two * two)
+        if part == BODY:
+            radius = max(radius, stage.sizes[MARKER, 0])
+        left, right = circle_reach(stage.optics, x, y, radius)
+        if i != observer and right > 0.0 and left < width and right > left:
+            solids[used, X], solids[used, Y], solids[used, YAW] = x, y, pose[2] - lens_pose[2]
+            solids[used, SIZE], solids[used, WIDTH] = one, two
+            solids[used, LEFT], solids[used, RIGHT] = left, right
+            solids[used, FAR], solids[used, ROUND] = math.sqrt(x * x + y * y), radius
+            parts[used] = part
             used += 1
     return used
 
 
 @compiled
-def _order(
-    view: FloatArray,
-    column: int,
-    solids: FloatArray,
-    reaches: FloatArray,
-    kinds: NDArray[np.int64],
-    used: int,
-    order: NDArray[np.int64],
-    depths: FloatArray,
-) -> int:
-    """Sort the solids that a column meets, far to near; return how many."""
-    met = 0
+def _sort(used: int, view: FloatArray, solids: FloatArray, order: Places) -> None:
+    """Order what is in view far to near: by the middles, and where those do not tell, by what hides what."""
     for i in range(used):
-        if reaches[i, 1] <= column or reaches[i, 0] >= column + 1.0:
-            continue
-        middle = (max(reaches[i, 0], float(column)) + min(reaches[i, 1], column + 1.0)) / 2.0
-        depth = _depth(view, solids[i], kinds[i], middle)
-        place = met
-        while place > 0 and depths[place - 1] < depth:
-            depths[place], order[place] = depths[place - 1], order[place - 1]
+        place = i
+        while place > 0 and solids[order[place - 1], FAR] < solids[i, FAR]:
+            order[place] = order[place - 1]
             place -= 1
-        depths[place], order[place] = depth, i
-        met += 1
-    return met
+        order[place] = i
+    for place in range(used):
+        i, moves = place + 1, 0
+        while i < used:
+            moved = order[i]
+            if moves < used and _is_hidden(view, solids[moved], solids[order[place]]):
+                for j in range(i, place, -1):
+                    order[j] = order[j - 1]
+                order[place] = moved
+                moves += 1
+                i = place
+            i += 1
 
 
 @compiled
-def _depth(view: FloatArray, solid: FloatArray, kind: int, column: float) -> float:
-    """Return the depth (m) at which a column (px) meets a solid; disjoint convex solids order by it."""
-    slope = (view[1] - column) / view[0]
-    a: float = 1.0 + slope * slope
-    b: float = solid[0] + slope * solid[1]
-    if kind == CYLINDER:
-        under: float = b * b - a * (solid[0] * solid[0] + solid[1] * solid[1] - solid[3] * solid[3])
-        return (b - math.sqrt(max(under, 0.0))) / a
-    near, far, _, _ = box_hit(view, solid, column)
-    return near if near < far else b / a
+def _is_hidden(view: FloatArray, one: FloatArray, two: FloatArray) -> bool:
+    """Return whether a solid is hidden by one whose middle is farther; both are convex and disjoint."""
+    left, right = max(one[LEFT], two[LEFT]), min(one[RIGHT], two[RIGHT])
+    hidden = False
+    if two[FAR] - one[FAR] < one[ROUND] + two[ROUND] and right > left:
+        # Any column that meets both tells.
+        for j in range(TRIES):
+            column = left + (right - left) * (j + 0.5) / TRIES
+            near, far = _depths(view, one, column)
+            other, beyond = _depths(view, two, column)
+            if near < far and other < beyond:
+                hidden = near > other
+    return hidden
+
+
+@compiled
+def _depths(view: FloatArray, solid: FloatArray, column: float) -> tuple[float, float]:
+    """Return at which depths (m) a column (px) enters and leaves a solid; nowhere if not in this order."""
+    if solid[ROUND] == solid[SIZE]:  # a cylinder
+        near = circle_hit(view, solid, column)
+        return near, near + solid[SIZE]
+    near, far = box_hit(view, solid, column)
+    return max(near, 0.0), far

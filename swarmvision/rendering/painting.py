@@ -1,0 +1,191 @@
+"""Kernels that paint a *sheet*: one object as a stack of coloured bands over some columns of the picture.
+
+A sheet is ``rows`` ``(bands + 1, columns + 1)``, where the edges of its bands cross the borders of its
+columns (px, from the top down), and ``shades`` ``(bands, columns)``, what a band's own light is
+multiplied with. Between two borders an edge is a straight line, and a pixel that edges cross is the mean
+of the light under them, weighed by exact areas. All others are copies, by blocks of columns.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.colour import decode, encode
+from swarmvision.compiled import compiled
+from swarmvision.geometry import FloatArray
+
+Image = NDArray[np.uint8]
+Places = NDArray[np.int64]
+SCALE = 16383  # of light, and of the table from light to sRGB: 0.2 grey levels where it is steepest
+BLOCK = 16  # columns that are copied together
+DECODE = decode(np.arange(256)) * SCALE
+ENCODE = np.rint(encode(np.arange(SCALE + 1) / SCALE)).astype(np.uint8)
+
+
+@compiled
+def _integral(x: float) -> float:
+    """Return the integral up to x of ``min(max(t, 0), 1)``."""
+    if x <= 0.0:
+        return 0.0
+    if x < 1.0:
+        return 0.5 * x * x
+    return x - 0.5
+
+
+@compiled
+def share_below(one: float, two: float, row: int) -> float:
+    """Return the share of a pixel that lies below a straight edge from ``one`` to ``two`` (px)."""
+    low, high = min(one, two), max(one, two)
+    if low >= row and high <= row + 1:
+        return row + 1.0 - 0.5 * (one + two)
+    if high - low < 1e-9:
+        return min(max(row + 1.0 - low, 0.0), 1.0)
+    return (_integral(row + 1.0 - low) - _integral(row + 1.0 - high)) / (high - low)
+
+
+@compiled
+def copy_row(source: Image, out: Image) -> None:
+    """Copy bytes."""
+    for i in range(len(out)):
+        out[i] = source[i]
+
+
+# One function without calls that take arrays: each such call would count references, which costs more than
+# a column. Hence also a single way out of each loop.
+
+
+@compiled
+def paint_sheet(
+    image: Image,
+    window: Places,
+    first: int,
+    begin: int,
+    end: int,
+    lag: int,
+    left: float,
+    right: float,
+    bands: int,
+    lid: int,
+    colours: FloatArray,
+    rows: FloatArray,
+    shades: FloatArray,
+    lights: FloatArray,
+    codes: Image,
+    done: Places,
+    skip: Image,
+    decode: FloatArray,
+    encode: Image,
+) -> None:
+    """Paint columns of a sheet.
+
+    Args:
+        image: sRGB, ``(h, 3 w)``.
+        window: First row that may be painted, and the row behind the last.
+        first: Column of the picture where the sheet begins.
+        begin: First column of the sheet to paint.
+        end: The one behind the last.
+        lag: Which column's left border is the first in ``rows``.
+        left: Where the object begins (px); before it nothing is covered.
+        right: And where it ends.
+        bands: How many.
+        lid: 1 where the first two bands are of the first colour, else 0.
+        colours: Linear light of the bands, ``(bands - lid, 3)``.
+        rows: See above.
+        shades: See above.
+        lights: Scratch, shaded light of each band in 1/``SCALE``.
+        codes: Scratch, the same in sRGB.
+        done: Scratch, for each band the rows that a block has copied, ``(bands, 2)``.
+        skip: Columns of the sheet that are left alone but for what a block copies.
+        decode: sRGB to light, in 1/``SCALE``.
+        encode: And back.
+    """
+    upper, lower = window[0], window[1]
+    for k in range(bands):
+        for i in range(begin, end):
+            for b in range(3 * i, 3 * i + 3):
+                if i > begin and shades[k, i] == shades[k, i - 1]:
+                    lights[k, b], codes[k, b] = lights[k, b - 3], codes[k, b - 3]
+                else:
+                    value = SCALE * min(colours[max(k - lid, 0), b - 3 * i] * shades[k, i], 1.0)
+                    lights[k, b], codes[k, b] = value, encode[int(value + 0.5)]
+    start = begin
+    while start < end:
+        cover = min(right, first + start + 1.0) - max(left, float(first + start))
+        stop = min(start + BLOCK, end)
+        if cover < 1.0:
+            stop = start + 1
+        elif right < first + stop:
+            stop -= 1
+        rest = 1.0 - cover
+        for k in range(bands):
+            top, bottom = rows[k, start - lag], rows[k + 1, start - lag]
+            for i in range(start + 1 - lag, stop + 1 - lag):
+                top, bottom = max(top, rows[k, i]), min(bottom, rows[k + 1, i])
+            one = min(max(math.ceil(top), upper), lower)
+            two = min(math.floor(bottom), lower)
+            if cover < 1.0 or two <= one:
+                one = two = lower
+            done[k, 0], done[k, 1] = one, two
+            # No index counts from the end, which the compiler has to see, or it copies byte by byte.
+            x, c, band, size = max(3 * (first + start), 0), max(3 * start, 0), max(k, 0), 3 * (stop - start)
+            for y in range(max(one, 0), two):
+                for b in range(size):
+                    image[y, x + b] = codes[band, c + b]
+        for column in range(start, stop):
+            x, c, at = 3 * (first + column), 3 * column, column - lag
+            # Edge k is the next below, so this is band k - 1. All rows in one loop, which stays scalar: one
+            # over the rows of a run would be made a scatter, too dear for so few.
+            k = 0 if skip[column] == 0 else bands + 1
+            y = min(max(math.floor(min(rows[0, at], rows[0, at + 1])), upper), lower)
+            while y < lower and k <= bands:
+                high, low = rows[k, at], rows[k, at + 1]
+                if high > low:
+                    high, low = low, high
+                if low <= y:
+                    k += 1
+                elif high < y + 1:
+                    under0, under1, under2 = (
+                        decode[image[y, x]],
+                        decode[image[y, x + 1]],
+                        decode[image[y, x + 2]],
+                    )
+                    from0, from1, from2 = under0, under1, under2
+                    if k > 0:
+                        from0, from1, from2 = lights[k - 1, c], lights[k - 1, c + 1], lights[k - 1, c + 2]
+                    value0, value1, value2 = from0, from1, from2
+                    j = k
+                    while j <= bands and (j == k or min(rows[j, at], rows[j, at + 1]) < y + 1):
+                        share = share_below(rows[j, at], rows[j, at + 1], y)
+                        to0, to1, to2 = under0, under1, under2
+                        if j < bands:
+                            to0, to1, to2 = lights[j, c], lights[j, c + 1], lights[j, c + 2]
+                        value0 += share * (to0 - from0)
+                        value1 += share * (to1 - from1)
+                        value2 += share * (to2 - from2)
+                        from0, from1, from2 = to0, to1, to2
+                        j += 1
+                    value0 = cover * value0 + rest * under0
+                    value1 = cover * value1 + rest * under1
+                    value2 = cover * value2 + rest * under2
+                    image[y, x] = encode[int(max(value0, 0.0) + 0.5)]
+                    image[y, x + 1] = encode[int(max(value1, 0.0) + 0.5)]
+                    image[y, x + 2] = encode[int(max(value2, 0.0) + 0.5)]
+                    y += 1
+                elif cover < 1.0:
+                    value0 = cover * lights[k - 1, c] + rest * decode[image[y, x]]
+                    value1 = cover * lights[k - 1, c + 1] + rest * decode[image[y, x + 1]]
+                    value2 = cover * lights[k - 1, c + 2] + rest * decode[image[y, x + 2]]
+                    image[y, x] = encode[int(value0 + 0.5)]
+                    image[y, x + 1] = encode[int(value1 + 0.5)]
+                    image[y, x + 2] = encode[int(value2 + 0.5)]
+                    y += 1
+                elif done[k - 1, 0] <= y < done[k - 1, 1]:
+                    y = done[k - 1, 1]
+                else:
+                    image[y, x], image[y, x + 1] = codes[k - 1, c], codes[k - 1, c + 1]
+                    image[y, x + 2] = codes[k - 1, c + 2]
+                    y += 1
+        start = stop
