@@ -19,18 +19,17 @@ from swarmvision.config.sensor import SensorConfig
 from swarmvision.controllers import Controller, Memory, controller
 from swarmvision.data import Commands, Estimates, Picture, Scene, Senses
 from swarmvision.geometry import FloatArray
-from swarmvision.metrics import PerceptionErrors, largest_cluster, order, perception_errors, perception_table
+from swarmvision.metrics import SETTLED, Ledger
 from swarmvision.placement import starting_scene
 from swarmvision.randomness import Subsystem, hashed, stream
 from swarmvision.sensing import Sensor
 from swarmvision.sensing.body import Body
-from swarmvision.sensing.registry import sensor_of
+from swarmvision.sensing.registry import newest_age, sensor_of
 from swarmvision.sensing.silhouette import Silhouettes
 from swarmvision.world import World
 
 FLOCK_LINK = 0.5  # m; two robots nearer than this belong to one flock
 AGGREGATE_LINK = 1.5  # body diagonals; two robots nearer than this touch or nearly so
-SETTLED = 0.2  # the last fifth of a run counts as its outcome
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -177,23 +176,18 @@ def run(
 ) -> RunResult:
     """Return the whole run of a scenario; ``on_frame`` is told every frame as it happens."""
     simulation = Simulation(scenario, seed, keep_pictures=keep_pictures, workers=workers)
-    scenes: list[Scene] = []
-    errors: list[PerceptionErrors] = []
+    ledger = Ledger(scenario.robots, scenario.sensor.reach, newest_age(scenario.sensor))
     digest = hashlib.sha256()
-    reach = scenario.sensor.reach
     for _ in range(scenario.steps):
         frame = simulation.step()
-        scenes.append(frame.scene)
-        errors.append(perception_errors(frame.scene.pose, frame.estimates, reach))
+        ledger.note(frame.scene, frame.estimates)
         digest.update(_state_bytes(frame.scene))
         if on_frame is not None:
             on_frame(frame)
     digest.update(_state_bytes(simulation.scene))
-    pose = np.array([scene.pose for scene in scenes])
     link = cluster_link(scenario)
-    ordered = order(pose[..., 2])
-    largest = np.array([largest_cluster(places, link) for places in pose[..., :2]])
-    settled = slice(-max(round(SETTLED * len(scenes)), 1), None)
+    ordered, largest = ledger.order(), ledger.largest_cluster(link)
+    settled = slice(-max(round(SETTLED * len(ordered)), 1), None)
     summary = {
         "scenario": scenario.name,
         "seed": seed,
@@ -207,11 +201,13 @@ def run(
         "largest_cluster_final": float(largest[-1]),
         "cluster_link": link,
         "contacts": simulation.contacts,
+        **ledger.motion(
+            simulation.contacts, float(np.hypot(scenario.robot.length, scenario.robot.width)) / 2.0
+        ),
         "state_sha256": digest.hexdigest(),
-        "perception": perception_table(errors),
+        **ledger.perception(),
     }
-    times = np.array([scene.time for scene in scenes])
-    return RunResult(times, pose, ordered, largest, summary)
+    return RunResult(ledger.time, ledger.pose, ordered, largest, summary)
 
 
 def cluster_link(scenario: ScenarioConfig) -> float:

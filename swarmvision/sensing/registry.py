@@ -21,6 +21,7 @@ from swarmvision.sensing.truth import TruthSensor
 from swarmvision.sensing.ultrasonic import UltrasonicSensor
 
 AT_ONCE = DeliveryConfig()
+NEXT = 0.999  # of a picture's period: just before the next one
 
 
 def sensor_of(
@@ -53,6 +54,16 @@ def sensor_of(
     sensor = _reading(config, scenario, seed)
     own_way = any(getattr(config, name) != getattr(AT_ONCE, name) for name in DeliveryConfig.model_fields)
     return Delivery(sensor, config, scenario.robot, seed) if own_way else sensor
+
+
+def newest_age(config: SensorConfig) -> float:
+    """Return the age (s) up to which an estimate is of the newest reading that can have arrived.
+
+    A picture's neighbours are as old as its latency, and stay the newest until the next picture.
+    """
+    rate_hz: float | None = getattr(config, "rate_hz", None)  # a camera's
+    latency: float = getattr(config, "latency", 0.0)
+    return latency + (NEXT / rate_hz if rate_hz is not None else 0.0)
 
 
 def _reading(config: DeliveryConfig, scenario: ScenarioConfig, seed: int) -> Sensor:
