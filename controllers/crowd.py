@@ -94,11 +94,20 @@ def unit(vector: ComplexArray | FloatArray) -> ComplexArray:
 
 def goal_offset(senses: Senses) -> tuple[ComplexArray, BoolArray]:
     """Return the place of the goal (m), 0 for who does not know it, and who knows it, ``(...)`` each."""
-    informed: BoolArray = np.asarray(np.isfinite(senses.goal).all(axis=-1))
-    place = np.where(informed[..., None], senses.goal, 0.0)
+    return _offset(senses.goal)
+
+
+def load_offset(senses: Senses) -> tuple[ComplexArray, BoolArray]:
+    """Return the place of the load (m), 0 for who knows of none, and who knows of one, ``(...)`` each."""
+    return _offset(np.asarray(senses.load))
+
+
+def _offset(place: FloatArray) -> tuple[ComplexArray, BoolArray]:
+    known: BoolArray = np.asarray(np.isfinite(place).all(axis=-1))
+    place = np.where(known[..., None], place, 0.0)
     farther = np.max(np.abs(place), axis=-1, keepdims=True) / FARTHEST
     place = place / np.maximum(farther, 1.0)
-    return place[..., 0] + 1j * place[..., 1], informed
+    return place[..., 0] + 1j * place[..., 1], known
 
 
 def push_of_obstacles(senses: Senses, obstacle_range: float, contact_range: float) -> ComplexArray:

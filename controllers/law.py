@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from swarmvision.config.model import Settings
 from swarmvision.data import Commands, Estimates, Senses
 
-Sense = Literal["range", "bearing", "heading", "kind", "motion", "proximity", "goal", "cue", "silhouette"]
+Sense = Literal[
+    "range", "bearing", "heading", "kind", "motion", "proximity", "goal", "cue", "silhouette", "load"
+]
 """What a law may need. Range, bearing, heading and kind are a neighbour's; motion is the robot's own."""
 
 Keys = NDArray[np.uint64]

@@ -12,40 +12,54 @@ from swarmvision.config.controller import (
     LayerConfig,
 )
 from swarmvision.controllers.avoidance import LAYER as AVOIDANCE
+from swarmvision.controllers.beeclust import LAW as BEECLUST
 from swarmvision.controllers.cohesion import LAW as COHESION
 from swarmvision.controllers.connectivity import LAYER as CONNECTIVITY
 from swarmvision.controllers.couzin import LAW as COUZIN
 from swarmvision.controllers.custom import custom_law
+from swarmvision.controllers.dog import LAW as DOG
 from swarmvision.controllers.elastic import LAW as ELASTIC
 from swarmvision.controllers.ferrante import LAW as FERRANTE
 from swarmvision.controllers.follow import LAW as FOLLOW
 from swarmvision.controllers.gauci import LAW as GAUCI
 from swarmvision.controllers.gregoire import LAW as GREGOIRE
+from swarmvision.controllers.hanada import LAW as HANADA
 from swarmvision.controllers.informed import LAW as INFORMED
 from swarmvision.controllers.kobot import LAW as KOBOT
 from swarmvision.controllers.law import Controller, Keys, Law, Memory
 from swarmvision.controllers.moshtagh import LAW as MOSHTAGH
 from swarmvision.controllers.olfati_saber import LAW as OLFATI_SABER
 from swarmvision.controllers.random_walk import LAW as RANDOM_WALK
+from swarmvision.controllers.sheep import LAW as SHEEP
+from swarmvision.controllers.soysal import LAW as SOYSAL
+from swarmvision.controllers.spears import LAW as SPEARS
 from swarmvision.controllers.tanner import LAW as TANNER
+from swarmvision.controllers.transport import LAW as TRANSPORT
 from swarmvision.controllers.vicsek import LAW as VICSEK
 from swarmvision.controllers.visual import LAW as VISUAL
 from swarmvision.data import Commands, Senses
 
 _LAWS = (
+    BEECLUST,
     COHESION,
     COUZIN,
+    DOG,
     ELASTIC,
     FERRANTE,
     FOLLOW,
     GAUCI,
     GREGOIRE,
+    HANADA,
     INFORMED,
     KOBOT,
     MOSHTAGH,
     OLFATI_SABER,
     RANDOM_WALK,
+    SHEEP,
+    SOYSAL,
+    SPEARS,
     TANNER,
+    TRANSPORT,
     VICSEK,
     VISUAL,
 )

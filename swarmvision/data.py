@@ -222,9 +222,14 @@ class Senses:
     silhouette: BoolArray
     """Whether a robot is seen in each of ``p`` equal sectors of the horizon, the first beginning straight
     behind and counted to the left, shape ``(..., p)``."""
+    load: FloatArray | None = None
+    """Place of the middle of the nearest thing that can be pushed, in the robot frame (m); nan where there is
+    none, as when left out, ``(..., 2)``."""
 
     def __post_init__(self) -> None:
         shape = self.neighbours.seen.shape[:-1]
+        if self.load is None:
+            object.__setattr__(self, "load", np.full((*shape, 2), np.nan))
         directions = np.shape(self.silhouette)[-1]
         sectors = len(SECTOR_BEARINGS)
         _adopt(
@@ -237,6 +242,7 @@ class Senses:
                 "goal": ((*shape, 2), np.float64),
                 "cue": (shape, np.float64),
                 "silhouette": ((*shape, directions), np.bool_),
+                "load": ((*shape, 2), np.float64),
             },
         )
 

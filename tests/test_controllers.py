@@ -23,7 +23,7 @@ from swarmvision.data import SECTOR_BEARINGS, Commands, Estimates, Scene, Senses
 from swarmvision.geometry import compose
 from swarmvision.simulation import Simulation
 
-ONE_SIDED = {"gauci", "random-walk"}
+ONE_SIDED = {"beeclust", "gauci", "random-walk"}
 """Laws that are not their own mirror image, by declaration or by chance."""
 
 EVERY_LAW = pytest.mark.parametrize("name", sorted(LAWS))
@@ -89,6 +89,7 @@ def some_senses(seed: int = 0) -> list[Senses]:
                 proximity=np.where(has_ring, near, np.inf),
                 proximity_robot=rng.random(near.shape) < 0.2,
                 goal=np.where(knows, rng.uniform(-3.0, 3.0, (ROBOTS, 2)), np.nan),
+                load=np.where(has_ring, rng.uniform(-2.0, 2.0, (ROBOTS, 2)), np.nan),
                 cue=rng.random(ROBOTS),
                 silhouette=rng.random((ROBOTS, DIRECTIONS // 20)).repeat(20, axis=-1) < 0.15,
             )
@@ -107,6 +108,7 @@ def mirrored(senses: Senses) -> Senses:
         proximity=senses.proximity[..., sectors],
         proximity_robot=senses.proximity_robot[..., sectors],
         goal=senses.goal * (1.0, -1.0),
+        load=np.asarray(senses.load) * (1.0, -1.0),
         silhouette=senses.silhouette[..., ::-1],
     )
 
@@ -196,7 +198,14 @@ def test_commands_are_finite_for_anything(
     neighbours = seen(*rows, age=age)
     silhouette = np.arange(DIRECTIONS) % 7 < len(rows)
     senses = Senses.of(
-        neighbours, dt, speed=speed, turn_rate=-speed, proximity=near, goal=goal, silhouette=silhouette
+        neighbours,
+        dt,
+        speed=speed,
+        turn_rate=-speed,
+        proximity=near,
+        goal=goal,
+        load=goal[::-1],
+        silhouette=silhouette,
     )
     key = np.zeros((), dtype=np.uint64)
     commands = played(controller(usual(name)), [senses, mirrored(senses), senses], key)

@@ -49,6 +49,9 @@ class GoalConfig(Settings):
     radius: Annotated[float, Field(gt=0, le=100)] = 0.5
     """Within this of it, the goal is reached (m)."""
 
+    occlusion: bool = False
+    """Whether things that are tall enough to hide a marker hide the goal, too."""
+
     informed: Annotated[float, Field(ge=0, le=1)] = 1.0
     """Fraction of the robots, the first ones, that know its direction and range."""
 

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from swarmvision.config.scenario import ScenarioConfig
-from swarmvision.data import Estimates, Scene, Senses
+from swarmvision.data import BoolArray, Estimates, Scene, Senses
 from swarmvision.drive import Drive
-from swarmvision.geometry import FloatArray, rotate
+from swarmvision.geometry import FloatArray, compose, inverse, polar, rotate
 from swarmvision.sensing.proximity import ProximityRing
+from swarmvision.sensing.sight import View, thing_shadow
 
 
 class Body:
@@ -30,6 +31,8 @@ class Body:
             if scenario.proximity is not None
             else None
         )
+        self._view = View.of(scenario.robot, scenario.arena, np.inf, 2.0 * np.pi)
+        self._loads = [i for i, thing in enumerate(scenario.arena.objects) if thing.mass is not None]
         share = scenario.goal.informed if scenario.goal is not None else 0.0
         self._informed = math.ceil(share * scenario.team_sizes[0])
 
@@ -46,6 +49,7 @@ class Body:
             turn_rate=turn_rate,
             goal=self._goal_seen(scene),
             cue=self.cue(scene.pose[:, :2]),
+            load=self._nearest_load(scene),
             **near,
         )
 
@@ -63,4 +67,25 @@ class Body:
             some = slice(self._informed)
             offset = (self._goal.x, self._goal.y) - scene.pose[some, :2]
             goal[some] = rotate(offset, -scene.pose[some, 2])
+            if self._goal.occlusion:
+                goal[self._hidden(scene, goal)] = np.nan
         return goal
+
+    def _hidden(self, scene: Scene, goal: FloatArray) -> BoolArray:
+        """Return whether a thing stands between a robot and the goal ``(r, 2)`` that it knows, ``(r,)``."""
+        distance, bearing, _ = polar(np.column_stack([goal, np.zeros(scene.robots)]))
+        hidden = np.zeros(scene.robots, dtype=bool)
+        for number, length, width in self._view.things:
+            place = compose(inverse(scene.pose), scene.object_pose[int(number)])
+            for robot in np.flatnonzero(np.isfinite(distance)):
+                shadow = thing_shadow(bearing[robot], 0.0, distance[robot], place[robot], length, width)
+                hidden[robot] |= shadow != 0
+        return hidden
+
+    def _nearest_load(self, scene: Scene) -> FloatArray:
+        """Return the place of the nearest thing that can be pushed, in each robot's frame, ``(r, 2)``."""
+        if not self._loads:
+            return np.full((scene.robots, 2), np.nan)
+        offset = scene.object_pose[self._loads, :2] - scene.pose[:, None, :2]  # (r, loads, 2)
+        nearest = np.argmin(np.hypot(offset[..., 0], offset[..., 1]), axis=1)
+        return rotate(offset[np.arange(scene.robots), nearest], -scene.pose[:, 2])

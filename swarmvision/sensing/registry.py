@@ -76,5 +76,5 @@ def _reading(config: DeliveryConfig, scenario: ScenarioConfig, seed: int) -> Sen
         case InfraredRingSensorConfig():
             return InfraredRingSensor(config, robot, arena, seed)
         case TruthSensorConfig():
-            return TruthSensor(config, robot, arena)
+            return TruthSensor(config, robot, arena, scenario.team_sizes)
     raise TypeError(f"no sensor for {type(config).__name__}")

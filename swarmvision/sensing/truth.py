@@ -31,14 +31,22 @@ VARIANCE = 1e-12  # of a perfect sensor: covariances stay positive definite
 
 
 class TruthSensor:
-    """Line of sight without error; a neighbour's track is its number.
+    """Line of sight without error; a neighbour's track is its number, its kind its team.
 
     Without a limit of neighbours, neighbour ``j`` keeps its slot; with one, the nearest come first.
     """
 
     pictures: tuple[Picture, ...] = ()
 
-    def __init__(self, config: TruthSensorConfig, robot: RobotConfig, arena: ArenaConfig) -> None:
+    def __init__(
+        self,
+        config: TruthSensorConfig,
+        robot: RobotConfig,
+        arena: ArenaConfig,
+        team_sizes: tuple[int, ...] = (),
+    ) -> None:
+        """Make the sensor; robots that no team counts are of a kind that is not told."""
+        self._team = np.append(np.repeat(np.arange(len(team_sizes)), team_sizes), -1)
         self._neighbours = config.neighbours
         self.view = View.of(
             robot, arena, config.reach, np.radians(config.fov_deg), occlusion=config.occlusion
@@ -58,7 +66,8 @@ class TruthSensor:
         elif k > others:
             who = np.pad(who, ((0, 0), (0, k - others)), constant_values=-1)
             seen = np.pad(seen, ((0, 0), (0, k - others), (0, 0)), constant_values=np.nan)
-        return truth_estimates(who, seen)
+        beyond = len(self._team) - 1  # where nobody's team stands, -1
+        return truth_estimates(who, seen, self._team[np.where(who < 0, beyond, np.minimum(who, beyond))])
 
 
 def sight(pose: FloatArray, objects: FloatArray, view: View, most: int) -> tuple[IntArray, FloatArray]:
@@ -81,8 +90,8 @@ def sight(pose: FloatArray, objects: FloatArray, view: View, most: int) -> tuple
     return who, seen
 
 
-def truth_estimates(who: IntArray, seen: FloatArray) -> Estimates:
-    """Return what :func:`sight` found as estimates without error, shape ``(..., k)``."""
+def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = None) -> Estimates:
+    """Return what :func:`sight` found, and of which kind, as estimates without error, shape ``(..., k)``."""
     there = who >= 0
     covariance = np.full((*who.shape, 3, 3), np.nan)
     covariance[there] = VARIANCE * np.eye(3)
@@ -95,6 +104,7 @@ def truth_estimates(who: IntArray, seen: FloatArray) -> Estimates:
         age=np.where(there, 0.0, np.nan),
         track=who,
         visible=np.where(there, seen[..., VISIBLE], 0.0),
+        kind=kind,
     )
 
 

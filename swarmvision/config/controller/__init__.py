@@ -25,7 +25,14 @@ from swarmvision.config.controller.flocking import (
     InformedConfig,
     KobotConfig,
 )
-from swarmvision.config.controller.gathering import CohesionConfig, GatheringLaw, GauciConfig
+from swarmvision.config.controller.formation import ChainConfig, FormationLaw, HanadaConfig, SpearsConfig
+from swarmvision.config.controller.gathering import (
+    BeeclustConfig,
+    CohesionConfig,
+    GatheringLaw,
+    GauciConfig,
+    SoysalConfig,
+)
 from swarmvision.config.controller.layers import AvoidanceConfig, ConnectivityConfig, LayerConfig
 from swarmvision.config.controller.particles import (
     CouzinConfig,
@@ -34,26 +41,38 @@ from swarmvision.config.controller.particles import (
     RandomWalkConfig,
     VicsekConfig,
 )
+from swarmvision.config.controller.tasks import DogConfig, SheepConfig, TaskLaw, TransportConfig
 from swarmvision.config.controller.visual import FollowConfig, VisualConfig, VisualLaw
 
 ControllerConfig = Annotated[
-    ConsensusLaw | CustomConfig | FlockingLaw | GatheringLaw | ParticleLaw | VisualLaw,
+    ConsensusLaw
+    | CustomConfig
+    | FlockingLaw
+    | FormationLaw
+    | GatheringLaw
+    | ParticleLaw
+    | TaskLaw
+    | VisualLaw,
     Field(discriminator="law"),
 ]
 
 __all__ = [
     "Alone",
     "AvoidanceConfig",
+    "BeeclustConfig",
+    "ChainConfig",
     "CohesionConfig",
     "ConnectivityConfig",
     "ControllerConfig",
     "CouzinConfig",
     "CustomConfig",
+    "DogConfig",
     "ElasticConfig",
     "FerranteConfig",
     "FollowConfig",
     "GauciConfig",
     "GregoireConfig",
+    "HanadaConfig",
     "InformedConfig",
     "KobotConfig",
     "LayerConfig",
@@ -61,7 +80,11 @@ __all__ = [
     "OlfatiSaberConfig",
     "ParticleDrive",
     "RandomWalkConfig",
+    "SheepConfig",
+    "SoysalConfig",
+    "SpearsConfig",
     "TannerConfig",
+    "TransportConfig",
     "VicsekConfig",
     "VisualConfig",
 ]
