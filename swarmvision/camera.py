@@ -154,15 +154,20 @@ class Rig:
     yaws: tuple[float, ...]
     """Where the lenses look, relative to the robot (rad), left positive."""
     servo: Servo | None = None
+    one_centre: bool = False
+    """Whether all look from one place, ``forward`` of the axis along the nose, before the servo turns it."""
 
     def robot_from_lens(self, time: float) -> FloatArray:
         """Return the pose of every lens in the robot frame at a time (s), shape ``(lenses, 3)``."""
         yaws = np.array(self.yaws, dtype=np.float64)
-        if self.servo is not None:
-            yaws = yaws + self.servo.pan(time)
-        on_axis = np.zeros((len(yaws), 3))
-        on_axis[:, 2] = yaws
-        return compose(on_axis, np.array([self.forward, 0.0, 0.0]))
+        pan = self.servo.pan(time) if self.servo is not None else 0.0
+        on_axis, ahead = np.zeros((len(yaws), 3)), np.zeros((len(yaws), 3))
+        ahead[:, 0] = self.forward
+        if self.one_centre:
+            on_axis[:, 2], ahead[:, 2] = pan, yaws
+        else:
+            on_axis[:, 2] = yaws + pan
+        return compose(on_axis, ahead)
 
     @classmethod
     def from_config(cls, lens: LensConfig, rig: RigConfig) -> Rig:
@@ -171,4 +176,4 @@ class Rig:
         if rig.servo is not None:
             servo = Servo(np.radians(rig.servo.amplitude_deg), np.radians(rig.servo.speed_deg))
         yaws = tuple(float(yaw) for yaw in np.radians(rig.yaws_deg))
-        return cls(Lens.from_config(lens), rig.forward, yaws, servo)
+        return cls(Lens.from_config(lens), rig.forward, yaws, servo, rig.one_centre)

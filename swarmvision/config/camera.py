@@ -49,6 +49,9 @@ class RigConfig(Settings):
     forward: Annotated[float, Field(ge=0, le=1)] = 0.040
     """Lens centre ahead of the robot's axis, along the lens's own yaw (m); clears the own marker."""
 
+    one_centre: bool = False
+    """Whether all look from one place ahead of the axis: views that were cut from one wide picture."""
+
     yaws_deg: Annotated[tuple[Degrees, ...], Field(min_length=1, max_length=32)] = (0.0,)
     """One lens for each yaw (deg, left positive)."""
 
@@ -72,8 +75,10 @@ LENSES: dict[str, LensConfig] = {
     "pi-v2": LensConfig(width_px=640, height_px=480, focal_px=530.5),
     # Sony IMX708 wide, 2.75 mm lens, 1.4 um pixels: 102 deg over 4608 px, here as a pinhole.
     "pi-v3-wide": LensConfig(width_px=640, height_px=360, focal_px=259.1),
+    # 60 deg of an equidistant fisheye that spreads 190 deg over the same 640 px: 193 px/rad, straightened.
+    "fisheye-view": LensConfig(width_px=224, height_px=224, focal_px=193.0),
 }
-"""The paper's camera (Pi camera v1) and its two successors."""
+"""The paper's camera (Pi camera v1), its two successors, and a view cut from a fisheye's picture."""
 
 RIGS: dict[str, RigConfig] = {
     "single": RigConfig(),
@@ -81,5 +86,7 @@ RIGS: dict[str, RigConfig] = {
     "ring-4": _ring(4),
     "ring-7": _ring(7),
     "pan": RigConfig(servo=ServoConfig()),
+    # Four views of 60 deg across 190 deg: 16.7 deg in common, so that a marker is whole in one of two.
+    "fisheye": RigConfig(yaws_deg=(65.0, 65.0 / 3.0, -65.0 / 3.0, -65.0), one_centre=True),
 }
-"""One lens ahead; rings of 2, 4 and 7; one lens on a servo."""
+"""One lens ahead; rings of 2, 4 and 7; one lens on a servo; the views of one fisheye."""

@@ -91,5 +91,10 @@ IMPERFECTIONS: dict[str, ImperfectionsConfig] = {
         lateness=0.0,
     ),
     "pi-v1": ImperfectionsConfig(),
+    "fisheye": ImperfectionsConfig(vignetting=0.0, defocus=0.8),
 }
-"""A perfect camera, and the paper's (Pi camera v1) in a lit room at 32 Hz."""
+"""A perfect camera, the paper's (Pi camera v1) in a lit room at 32 Hz, and a view cut from a fisheye.
+
+That view has its shading corrected, and is blurred as far as its worst column: by the lens (0.5 px), by
+bilinear straightening (0.4 px), and by the fisheye's own pixels, which the stretch to a pinhole makes up to
+1.33 px wide (0.4 px)."""

@@ -92,10 +92,10 @@ class CameraSensorConfig(Settings):
     kind: Literal["camera"] = "camera"
 
     lens: LensConfig = LENSES["pi-v1"]
-    """A preset's name (pi-v1, pi-v2, pi-v3-wide) or a camera file's content."""
+    """A preset's name (pi-v1, pi-v2, pi-v3-wide, fisheye-view) or a camera file's content."""
 
     rig: RigConfig = RIGS["ring-7"]
-    """A preset's name (single, ring-2, ring-4, ring-7, pan) or where the lenses look."""
+    """A preset's name (single, ring-2, ring-4, ring-7, pan, fisheye) or where the lenses look."""
 
     rate_hz: Annotated[float, Field(gt=0, le=1000)] = 10.0
     """Pictures per second of every lens; the paper's camera reaches 32."""
@@ -104,7 +104,7 @@ class CameraSensorConfig(Settings):
     """From exposure to estimate (s); a late picture takes longer."""
 
     imperfections: ImperfectionsConfig = IMPERFECTIONS["pi-v1"]
-    """A preset's name (none, pi-v1) or what spoils the pictures."""
+    """A preset's name (none, pi-v1, fisheye) or what spoils the pictures."""
 
     method: Method = "edges"
     """How a picture becomes neighbours."""
