@@ -178,3 +178,35 @@ def test_a_camera_that_is_set_up_late_reads_no_pictures_of_the_past() -> None:
     late = Scene(**{f.name: getattr(scene, f.name) for f in fields(Scene)} | {"time": 3.7})
     assert watching.sense(late).seen.any()
     assert len(watching.pictures) == 35
+
+
+HARD = {
+    "faults": {"dead": [0], "stuck": [2]},
+    "imperfections": {"dropped": 0.2, "late": 0.3, "lateness": 0.15},
+}
+
+
+@pytest.mark.parametrize("settings", [{}, {"rig": "pan", "rate_hz": 20}, HARD], ids=["ring", "pan", "hard"])
+def test_one_kernel_and_one_by_one_say_the_same(settings: dict[str, Any]) -> None:
+    by_kernel, by_hand = sensor(5, **settings), sensor(5, keep=True, **settings)
+    world = World(ARENA, ROBOT, Scene.at_rest(CIRCLE))
+    for _ in range(4):
+        assert same(by_kernel.sense(world.scene), by_hand.sense(world.scene))
+        world.step(Commands(np.full(5, 0.05), np.ones(5)), 0.1, 4)
+    assert by_kernel.pictures == ()
+
+
+@pytest.mark.parametrize("change", [{"jpeg_quality": 80}, {"bayer": True}, {"defocus": 0.0}])
+def test_every_fault_goes_its_way(change: dict[str, Any]) -> None:
+    estimates = sensor(5, imperfections={"dropped": 0, "late": 0, **change}).sense(Scene.at_rest(CIRCLE))
+    assert estimates.count.min() >= 3
+
+
+def test_nobody_beyond_sight_is_drawn() -> None:
+    far = Scene.at_rest([[0, 0, 0], [3.0, 0.2, 0]])
+    alone = sensor(1, keep=True, rig="single")
+    drawn, hidden = (sensor(2, keep=True, rig="single", sight=sight) for sight in (4.0, 2.0))
+    for one, scene in ((alone, Scene.at_rest([[0, 0, 0]])), (drawn, far), (hidden, far)):
+        one.sense(scene)
+    assert not np.array_equal(drawn.pictures[0].image, alone.pictures[0].image)
+    np.testing.assert_array_equal(hidden.pictures[0].image, alone.pictures[0].image)

@@ -115,6 +115,10 @@ class CameraSensorConfig(Settings):
     reach: Annotated[float, Field(gt=0, le=100)] = 1.5
     """Neighbours estimated farther away are dropped (m)."""
 
+    sight: Annotated[float, Field(gt=0, le=1000)] = 10.0
+    """Robots farther from a lens are not drawn (m): a few pixels, far beyond reach, that cost time in crowds.
+    Ours."""
+
     tracker: TrackerConfig = TrackerConfig()
     """Memory between pictures."""
 

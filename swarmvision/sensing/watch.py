@@ -1,14 +1,175 @@
-"""Looks into tracks: what a robot's lenses read is fused, tracked and believed. Kernels, robot by robot."""
+"""Looks into beliefs: what robots' lenses show is drawn, spoiled, read, fused and tracked. Kernels.
+
+:func:`watch` is the whole way for a share of the robots in one call, without the interpreter; the
+steps behind the reading are here as functions of their own, for readers and renderers that are not
+kernels.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from swarmvision.camera import Lens
 from swarmvision.compiled import compiled
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
+from swarmvision.perception.cylinder import BEARING, HEADING, RANGE, RANGE_STD, VISIBLE
+from swarmvision.perception.edges import MOST, ROW, read_edges_into
 from swarmvision.perception.fuse import fuse
+from swarmvision.perception.plan import Scratch, Task
 from swarmvision.perception.track import Beliefs, Law, Tracks, believe, forget, predict, take_in
+from swarmvision.rendering.effects import Image
+from swarmvision.rendering.raycast import Raycaster, draw
+from swarmvision.rendering.spoiling import Dirt, Faults, spoil_picture
+from swarmvision.rendering.stage import Scratch as Brushes
+from swarmvision.rendering.stage import Stage
+from swarmvision.sensing.exposures import Looks
+
+
+class Scenes(NamedTuple):
+    """What the looks show, ``s`` scenes."""
+
+    robots: FloatArray
+    """Poses, shape ``(s, r, 3)``."""
+    objects: FloatArray
+    """Poses, shape ``(s, m, 3)``."""
+    slot: IntArray
+    """Which of them each lens of each look shows, shape ``(n, c)``."""
+    drift: FloatArray
+    """What turning does to each picture: shear and blur, shape ``(n, c, 2)``."""
+
+
+class Desk(NamedTuple):
+    """Memory of one thread."""
+
+    picture: Image
+    """Shape ``(h, w, 3)``."""
+    lines: Image
+    """The same memory, ``(h, 3 w)``."""
+    brushes: Brushes
+    dirt: Dirt
+    reading: Scratch
+    markers: FloatArray
+    """What one picture tells, ``(MOST, ROW)``."""
+    near: FloatArray
+    """Poses of the robots that are drawn, room for all, ``(r, 3)``."""
+    polar: FloatArray
+    """What one look tells: range, bearing, heading, visible, ``(n, 4)``."""
+    covariance: FloatArray
+    """Of the first three, ``(n, 3, 3)``."""
+    lens: IntArray
+    """Which lens saw it, ``(n,)``."""
+
+    @classmethod
+    def of(cls, eye: Lens, raycaster: Raycaster, faults: Faults, robots: int, lenses: int) -> Desk:
+        """Return memory for looks with a number of lenses at scenes with a number of robots."""
+        picture, most = np.empty((eye.height_px, eye.width_px, 3), np.uint8), MOST * lenses
+        return cls(
+            picture=picture,
+            lines=picture.reshape(eye.height_px, -1),
+            brushes=raycaster.scratch(robots),
+            dirt=Dirt.of(eye.width_px, faults),
+            reading=Scratch.of(eye.width_px, eye.height_px),
+            markers=np.empty((MOST, ROW)),
+            near=np.empty((robots, 3)),
+            polar=np.empty((most, 4)),
+            covariance=np.empty((most, 3, 3)),
+            lens=np.empty(most, np.int64),
+        )
+
+
+@compiled
+def watch(
+    first: int,
+    last: int,
+    looks: Looks,
+    scenes: Scenes,
+    stage: Stage,
+    faults: Faults,
+    task: Task,
+    desk: Desk,
+    tracks: Tracks,
+    sight: float,
+    reach: float,
+    law: Law,
+) -> None:
+    """Do all looks of the robots from first to before last.
+
+    Args:
+        first: Robot.
+        last: Robot, not included.
+        looks: Of all robots.
+        scenes: What they show.
+        stage: Of the ray caster.
+        faults: Of the cameras.
+        task: Of the reader.
+        desk: Of this thread alone.
+        tracks: Of all robots.
+        sight: Who is farther from a lens is not drawn (m).
+        reach: Who is farther from the robot is left out (m).
+        law: Of the tracks.
+    """
+    for look in range(looks.start[first], looks.start[last]):
+        robot = looks.robot[look]
+        anticipate(tracks, robot, looks.motion[look], law)
+        told, pictures = 0, 0
+        for lens in range(looks.lost.shape[1]):
+            if looks.lost[look, lens]:
+                continue
+            pictures += 1
+            slot = scenes.slot[look, lens]
+            pose, drift = looks.pose[look, lens], scenes.drift[look, lens]
+            near = gather_near(scenes.robots[slot], robot, pose, sight, desk.near)
+            draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
+            spoil_picture(desk.lines, looks.key[look, lens], drift[0], drift[1], faults, desk.dirt)
+            count = read_edges_into(desk.picture, task, desk.reading, desk.markers)
+            told = _note(
+                desk.markers, count, lens, told, desk.polar, desk.covariance, desk.lens
+            )  # fmt: skip
+        if pictures > 0:
+            follow(
+                tracks, robot, desk.polar[:told], desk.covariance[:told], desk.lens[:told],
+                looks.mount[look], reach, law,
+            )  # fmt: skip
+        else:
+            lose_sight(tracks, robot, law)
+
+
+@compiled
+def gather_near(robots: FloatArray, observer: int, pose: FloatArray, sight: float, near: FloatArray) -> int:
+    """Write the poses of all other robots within sight (m) of a lens; return how many there are."""
+    count = 0
+    for i in range(len(robots)):
+        x, y = robots[i, 0] - pose[0], robots[i, 1] - pose[1]
+        if i != observer and x * x + y * y <= sight * sight:
+            for k in range(3):
+                near[count, k] = robots[i, k]
+            count += 1
+    return count
+
+
+@compiled
+def _note(
+    markers: FloatArray,
+    count: int,
+    lens: int,
+    told: int,
+    polar: FloatArray,
+    covariance: FloatArray,
+    lens_of: IntArray,
+) -> int:
+    """Put what one picture tells behind what is told already; return how much that is then."""
+    for i in range(min(count, len(polar) - told)):
+        polar[told, 0], polar[told, 1] = markers[i, RANGE], markers[i, BEARING]
+        polar[told, 2], polar[told, 3] = markers[i, HEADING], min(markers[i, VISIBLE], 1.0)
+        for k in range(3):
+            for m in range(3):
+                covariance[told, k, m] = markers[i, RANGE_STD + k] ** 2 if k == m else 0.0
+        lens_of[told] = lens
+        told += 1
+    return told
 
 
 @compiled
@@ -32,6 +193,12 @@ def follow(
     rows, spreads = np.empty((len(polar), 4)), np.empty((len(polar), 3, 3))
     count = fuse(polar, covariance, lens, mount, reach, rows, spreads)
     take_in(tracks, robot, rows[:count], spreads[:count], law)
+    forget(tracks, robot, law)
+
+
+@compiled
+def lose_sight(tracks: Tracks, robot: int, law: Law) -> None:
+    """End a look of which no picture arrived."""
     forget(tracks, robot, law)
 
 
