@@ -56,7 +56,8 @@ def test_ferrante_needs_no_headings_and_no_force_at_the_desired_range() -> None:
 
 def test_the_lennard_jones_force_is_that_of_the_formula_and_limited() -> None:
     # d = 0.25, a = 2: sigma^2 = d^2/2; at r = 0.5 (sigma/r)^2 = 1/8, F = 8*0.02/0.5*(1/8 - 2/64) = 0.03
-    force = lennard_jones(np.array([0.5, 0.25, 0.01]), FerranteConfig())
+    config = FerranteConfig(exponent=2.0, strength=0.02, force_limit=2.0)
+    force = lennard_jones(np.array([0.5, 0.25, 0.01]), config)
     np.testing.assert_allclose(force, [0.03, 0.0, -2.0], atol=1e-12)
 
 

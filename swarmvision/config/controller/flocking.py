@@ -80,13 +80,13 @@ class FerranteConfig(Settings):
     speed: Speed = 0.06
     """Forward speed with no force, the paper's U (m/s)."""
 
-    top_speed: Speed = 0.12
+    top_speed: Speed = 0.20
     """m/s; at least speed."""
 
-    speed_gain: Gain = 0.10
+    speed_gain: Gain = 0.20
     """Forward speed for each unit of force, the paper's K1 (m/s)."""
 
-    turn_gain: Gain = 2.0
+    turn_gain: Gain = 1.2
     """Turn rate for each unit of force, the paper's K2 (rad/s)."""
 
     desired_range: Range = 0.25
@@ -95,16 +95,16 @@ class FerranteConfig(Settings):
     reach_factor: Annotated[float, Field(gt=1, le=10)] = 1.8
     """Neighbours farther away than this many desired ranges are ignored."""
 
-    exponent: Annotated[float, Field(gt=0, le=10)] = 2.0
+    exponent: Annotated[float, Field(gt=0, le=10)] = 1.5
     """Steepness of the Lennard-Jones force, the paper's alpha of its potential."""
 
-    strength: Gain = 0.02
+    strength: Gain = 0.6
     """Depth of the potential, the paper's epsilon (m)."""
 
-    force_limit: Gain = 2.0
+    force_limit: Gain = 8.0
     """Largest force of one neighbour, in either direction."""
 
-    proximal_gain: Gain = 1.5
+    proximal_gain: Gain = 1.0
     """Weight of the mean force, the paper's beta."""
 
     alignment_gain: Gain = 0.0
