@@ -15,8 +15,6 @@ import pymunk
 
 from swarmvision.geometry import FloatArray
 
-X, Y, ANGLE, VX, VY, SPIN = range(6)  # columns of a state
-
 try:
     from pymunk import batch
 except ImportError:  # pragma: no cover

@@ -207,6 +207,20 @@ def reproduce(out: Out = None, as_json: Json = False) -> None:
         _say(f"written to {folder}: figures 10 to 12 and three more, table1.md, results.json")
 
 
+@app.command("fit-error-model")
+def fit_error_model(
+    rounds: Annotated[int, typer.Option(min=1, help="How often each flight is flown.")] = 3,
+    seed: Seed = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads.", show_default=False)] = None,
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("error_model.json"),
+) -> None:
+    """Fit the errors of the sensor error_model from camera runs; minutes."""
+    from swarmvision.experiments.error_model import error_model_text
+
+    out.write_text(error_model_text(rounds, seed, workers, _say))
+    typer.echo(str(out))
+
+
 @app.command()
 def bench(
     out: Out = None,

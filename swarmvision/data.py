@@ -23,6 +23,8 @@ IntArray = NDArray[np.int64]
 SECTOR_BEARINGS = np.array([0, 45, 90, 135, 180, -135, -90, -45]) * np.pi / 180.0
 """Where the eight sectors of a proximity ring look (rad), as Kobot's do."""
 
+_DTYPES = {"seen": np.dtype(np.bool_), "track": np.dtype(np.int64), "kind": np.dtype(np.int64)}
+
 Frame = Literal["lens", "robot"]
 """From where an estimate is measured: a lens centre, or a robot's vertical centre line."""
 
@@ -141,6 +143,33 @@ class Estimates:
                 "kind": (shape, np.int64),
             },
         )
+
+    @classmethod
+    def given(cls, **arrays: Any) -> Self:
+        """Return estimates that take over arrays of their caller, who lets go of them, instead of copying.
+
+        For sensors that fill new arrays in every step. Shapes and types are checked as ever, and the arrays
+        become read-only.
+
+        Raises:
+            DataError: If an array has not exactly the shape and type of its field.
+        """
+        shape = arrays["seen"].shape
+        given = object.__new__(cls)
+        for field in fields(cls):
+            value = arrays.get(field.name)
+            if field.name == "frame":
+                object.__setattr__(given, "frame", value or "robot")
+                continue
+            if value is None and field.name == "kind":
+                value = np.full(shape, -1)
+            wanted = (*shape, 3, 3) if field.name == "covariance" else shape
+            dtype = _DTYPES.get(field.name, np.dtype(np.float64))
+            if value is None or value.shape != wanted or value.dtype != dtype:
+                raise DataError(f"Estimates.{field.name} must be given as {dtype} of shape {wanted}")
+            value.setflags(write=False)
+            object.__setattr__(given, field.name, value)
+        return given
 
     @property
     def positions(self) -> FloatArray:

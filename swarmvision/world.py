@@ -17,22 +17,20 @@ import math
 import numpy as np
 import pymunk
 
-from swarmvision.bodies import ANGLE, SPIN, VX, VY, bodies_of
-from swarmvision.compiled import compiled
+from swarmvision.bodies import bodies_of
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Commands, Scene
 from swarmvision.drive import Drive
 from swarmvision.errors import PhysicsError
 from swarmvision.geometry import FloatArray, wrap
+from swarmvision.ground import ANGLE, NO_GRIP, SPIN, VX, robot_grip, thing_grip, traction, travelled
 
-GRAVITY = 9.81  # m/s^2
 WALL_THICKNESS = 0.5  # m, outwards; nothing at a robot's speed passes that in one substep
 RESTITUTION = 0.05  # robots and boxes hardly bounce
 SOLVER_ITERATIONS = 20
 OVERLAP = 1e-4  # m that bodies may overlap before the solver pushes them apart
 FASTEST = 50.0  # m/s; a world in which something is faster has blown up
-NO_GRIP = (0.0, 0.0, 0.0, 0.0)  # of what does not move
 
 
 class World:
@@ -62,14 +60,13 @@ class World:
         ]
         bodies = robots + objects + self._add_walls(arena)
         self._bodies = bodies_of(self._space, bodies)
-        self._grips = np.array(
-            [_grip(robot.mass, body.moment, robot.traction, _lever(robot)) for body in robots]
-            + [
-                _grip(thing.mass, body.moment, arena.floor_friction, _lever(thing))
-                for thing, body in zip(arena.objects, objects, strict=True)
-            ]
-            + [NO_GRIP] * (len(bodies) - len(robots) - len(objects))
-        ).reshape(-1, 4)
+        grips = [robot_grip(robot, body.moment) for body in robots]
+        grips += [
+            thing_grip(thing, body.moment, arena.floor_friction)
+            for thing, body in zip(arena.objects, objects, strict=True)
+        ]
+        grips += [NO_GRIP] * (len(bodies) - len(grips))  # the walls'
+        self._grips = np.array(grips).reshape(-1, 4)
         self._twist = np.zeros((len(bodies), 2))  # what is no robot is pulled towards rest
         self._touching: set[tuple[int, int]] = set()
 
@@ -101,7 +98,8 @@ class World:
         bodies = self._bodies
         for twist in twists:
             self._twist[:r] = twist
-            traction(bodies.state, self._twist, self._grips, h, bodies.force)
+            # pymunk moves bodies before it changes their velocity: the tracks will have turned by then.
+            traction(bodies.state, self._twist, self._grips, h, h, bodies.force)
             bodies.push()
             self._space.step(h)
             bodies.touch()
@@ -184,56 +182,6 @@ class World:
         if np.any(np.abs(self.scene.velocity[:, :2]) > FASTEST):
             robot = int(np.argmax(np.abs(self.scene.velocity[:, :2]).max(axis=1)))
             raise PhysicsError(f"velocity of robot {robot} exceeds {FASTEST} m/s: the world blew up")
-
-
-@compiled
-def traction(state: FloatArray, twist: FloatArray, grips: FloatArray, dt: float, force: FloatArray) -> None:
-    """Fill in what the floor does to each body in a substep, within what friction allows.
-
-    pymunk moves bodies before it changes their velocity, so the tracks point to where the body
-    will have turned.
-
-    Args:
-        state: As of :class:`swarmvision.bodies.Bodies`, shape ``(n, 6)``.
-        twist: Speed ahead (m/s) and turn rate (rad/s) that the tracks run at, shape ``(n, 2)``.
-        grips: As from :func:`_grip`, shape ``(n, 4)``.
-        dt: Of the substep (s).
-        force: Out: force (N) and torque (N m), shape ``(n, 3)``.
-    """
-    for i in range(len(state)):
-        mass, moment, grip, spin_grip = grips[i]
-        if mass == 0.0:
-            continue
-        angle = state[i, ANGLE] + state[i, SPIN] * dt
-        change_x = twist[i, 0] * math.cos(angle) - state[i, VX]
-        change_y = twist[i, 0] * math.sin(angle) - state[i, VY]
-        share = min(1.0, grip * dt / max(math.hypot(change_x, change_y), 1e-12))
-        limit = spin_grip * dt
-        spin = max(-limit, min(limit, twist[i, 1] - state[i, SPIN]))
-        force[i, 0], force[i, 1] = mass * share * change_x / dt, mass * share * change_y / dt
-        force[i, 2] = moment * spin / dt
-
-
-def travelled(before: FloatArray, wheels: FloatArray, dt: float) -> FloatArray:
-    """Return the way of the wheels (m) over substeps that end at speeds ``(substeps, ..., 2)`` (m/s)."""
-    way: FloatArray = (before / 2.0 + wheels[:-1].sum(axis=0) + wheels[-1] / 2.0) * dt
-    return way
-
-
-def _grip(
-    mass: float | None, moment: float, friction: float, lever: float
-) -> tuple[float, float, float, float]:
-    """Return mass (kg), moment (kg m^2) and the most that the floor accelerates (m/s^2, rad/s^2)."""
-    if mass is None:
-        return NO_GRIP
-    return mass, moment, friction * GRAVITY, friction * GRAVITY * mass * lever / moment
-
-
-def _lever(thing: RobotConfig | BoxConfig | DiscConfig) -> float:
-    """Return the mean radius (m) at which ground friction resists a spin."""
-    if isinstance(thing, DiscConfig):
-        return 2.0 / 3.0 * thing.radius
-    return math.hypot(thing.length, thing.width) / 3.0
 
 
 def _rows(pose: FloatArray, velocity: FloatArray) -> list[tuple[FloatArray, FloatArray]]:

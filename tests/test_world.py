@@ -9,7 +9,7 @@ import numpy as np
 import pymunk
 import pytest
 
-from swarmvision import bodies, world
+from swarmvision import bodies
 from swarmvision.bodies import BatchedBodies, LoopedBodies
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
@@ -17,8 +17,9 @@ from swarmvision.config.scenario import ScenarioConfig, StartConfig
 from swarmvision.data import Commands, Scene
 from swarmvision.drive import Drive
 from swarmvision.errors import ConfigError, PhysicsError
+from swarmvision.ground import GRAVITY, traction
 from swarmvision.placement import starting_scene
-from swarmvision.world import GRAVITY, World
+from swarmvision.world import World
 
 ROBOT = RobotConfig()
 ARENA = ArenaConfig(width=2.0, depth=2.0)
@@ -212,12 +213,12 @@ def test_a_contact_that_lasts_counts_once() -> None:
 
 
 def test_traction_is_the_same_uncompiled() -> None:
-    plain = getattr(world.traction, "py_func", world.traction)
+    plain = getattr(traction, "py_func", traction)
     rng = np.random.default_rng(0)
     state, twist = rng.normal(size=(6, 6)), rng.normal(size=(6, 2))
     grips = np.abs(rng.normal(size=(6, 4)))
     grips[5] = 0.0
     one, two = np.ones((6, 3)), np.ones((6, 3))
-    world.traction(state, twist, grips, 0.01, one)
-    plain(state, twist, grips, 0.01, two)
+    traction(state, twist, grips, 0.01, 0.01, one)
+    plain(state, twist, grips, 0.01, 0.01, two)
     np.testing.assert_allclose(one, two, rtol=1e-13)

@@ -86,6 +86,30 @@ class TruthSensorConfig(DeliveryConfig):
     """Slots for the nearest neighbours; one for every other robot where not given."""
 
 
+class ErrorModelSensorConfig(Settings):
+    """What a tracked camera would tell, drawn from errors that were fitted to camera runs; no pictures.
+
+    The errors are those of the ring of seven ``pi-v1`` cameras at 10 Hz with the reader ``edges``.
+    """
+
+    kind: Literal["error_model"] = "error_model"
+
+    reach: Annotated[float, Field(gt=0, le=100)] = 1.5
+    """Neighbours estimated farther away are dropped (m)."""
+
+    fov_deg: Annotated[float, Field(gt=0, le=360)] = 360.0
+    """Field of view (deg), centred ahead."""
+
+    rate_hz: Annotated[float, Field(gt=0, le=1000)] = 10.0
+    """Pictures per second; the errors are those of 10."""
+
+    memory: Annotated[float, Field(ge=0, le=60)] = 1.0
+    """A neighbour not measured for longer is forgotten (s)."""
+
+    neighbours: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    """Slots for the nearest neighbours; enough for every other robot where not given."""
+
+
 class CameraSensorConfig(Settings):
     """Pictures from every lens of a rig, read into neighbours and tracked."""
 
@@ -221,6 +245,7 @@ class InfraredRingSensorConfig(DeliveryConfig, ProximityConfig):
 
 SensorConfig = Annotated[
     CameraSensorConfig
+    | ErrorModelSensorConfig
     | TruthSensorConfig
     | InfraredSensorConfig
     | UltrasonicSensorConfig

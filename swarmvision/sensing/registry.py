@@ -6,6 +6,7 @@ from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.config.sensor import (
     CameraSensorConfig,
     DeliveryConfig,
+    ErrorModelSensorConfig,
     InfraredRingSensorConfig,
     InfraredSensorConfig,
     SensorConfig,
@@ -14,6 +15,7 @@ from swarmvision.config.sensor import (
 )
 from swarmvision.sensing.camera import CameraSensor
 from swarmvision.sensing.delivery import Delivery
+from swarmvision.sensing.error_model import ErrorModelSensor
 from swarmvision.sensing.infrared import InfraredSensor
 from swarmvision.sensing.infrared_ring import InfraredRingSensor
 from swarmvision.sensing.protocol import Sensor
@@ -51,6 +53,8 @@ def sensor_of(
             keep_pictures=keep_pictures,
             workers=workers,
         )
+    if isinstance(config, ErrorModelSensorConfig):  # lateness and memory are part of its tables
+        return ErrorModelSensor(config, scenario.robot, scenario.arena, scenario.robots, seed)
     sensor = _reading(config, scenario, seed)
     own_way = any(getattr(config, name) != getattr(AT_ONCE, name) for name in DeliveryConfig.model_fields)
     return Delivery(sensor, config, scenario.robot, seed) if own_way else sensor

@@ -2,8 +2,9 @@
 
 A marker is a disc of the plane. Ten rays across its width, from an observer's axis, tell how much of
 it is in sight: a ray is hidden where a nearer marker, or a thing taller than the markers' base,
-stands across it. Neighbours are taken nearest first, so only who came before can hide; those are
-found by sectors of bearing, so a robot in a crowd costs little more than one in a handful.
+stands across it. Neighbours are taken nearest first, so only who came before can hide, and a robot
+with a limited number of slots looks no farther than it must; angles are computed only where two
+markers come near each other in bearing.
 """
 
 from __future__ import annotations
@@ -21,8 +22,7 @@ from swarmvision.geometry import FloatArray
 RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
 ALL_RAYS = (1 << len(RAYS)) - 1
 ENOUGH = 0.3  # fraction of a marker's width that must be in sight for it to be seen
-SECTORS = 64
-SECTOR = 2.0 * np.pi / SECTORS
+FEW = 32  # robots that are not worth sorting into cells
 RANGE, BEARING, HEADING, VISIBLE = 0, 1, 2, 3  # columns of what is seen
 TWO_PI = 2.0 * np.pi
 
@@ -42,6 +42,13 @@ class View:
     things: FloatArray
     """Objects tall enough to hide: number in the scene, half length, half width, or radius and
     -1 for a disc (m), shape ``(b, 3)``."""
+    ahead: float = 0.0
+    """How far before the robot's axis, towards whom it looks at, its eye is (m): a ring of lenses."""
+
+    @property
+    def limit(self) -> float:
+        """Largest bearing (rad) that is seen; inf all round, for straight behind may round to beyond pi."""
+        return np.inf if self.half_fov >= np.pi else self.half_fov
 
     @classmethod
     def of(
@@ -92,6 +99,8 @@ def cells(pose: FloatArray, reach: float) -> tuple[FloatArray, IntArray, IntArra
         ``(columns * rows + 1,)``; the robots, cell by cell, by number in each, ``(r,)``.
     """
     r = len(pose)
+    if r <= FEW:  # one cell, wherever they are
+        return np.array([0.0, 0.0, np.inf, 1.0, 1.0]), np.array([0, r]), np.arange(r)
     left, bottom, right, top = 0.0, 0.0, 0.0, 0.0
     for i in range(r):
         x, y = pose[i, 0], pose[i, 1]
@@ -169,6 +178,17 @@ def sink(heap: IntArray, distance: FloatArray, who: IntArray, root: int, count: 
 
 
 @compiled
+def insert(order: IntArray, distance: FloatArray, who: IntArray, count: int) -> None:
+    """Sort a few candidates, nearest first."""
+    for n in range(1, count):
+        c, m = order[n], n
+        while m > 0 and before(c, order[m - 1], distance, who):
+            order[m] = order[m - 1]
+            m -= 1
+        order[m] = c
+
+
+@compiled
 def before(one: int, two: int, distance: FloatArray, who: IntArray) -> bool:
     """Return whether one candidate is nearer than another; of equals the one with the lower number."""
     if distance[one] == distance[two]:
@@ -177,14 +197,50 @@ def before(one: int, two: int, distance: FloatArray, who: IntArray) -> bool:
 
 
 @compiled
-def shadow(bearing: float, half: float, across: float, by: float) -> int:
-    """Return the bits of the rays that a marker at bearing ``across`` of half width ``by`` covers."""
-    if abs(wrapped(bearing - across)) >= half + by:
-        return 0
-    bits = 0
+def shadow(sine: float, cosine: float, half: float, by: float) -> int:
+    """Return the bits of the rays that a nearer marker covers.
+
+    Args:
+        sine: Of the angle from the nearer marker to the farther.
+        cosine: Of the same.
+        half: Half width of the farther marker (rad).
+        by: Half width of the nearer (rad).
+    """
+    bits, angle = 0, np.arctan2(sine, cosine)
     for n in range(len(RAYS)):
-        if abs(wrapped(bearing + RAYS[n] * half - across)) < by:
+        if abs(wrapped(angle + RAYS[n] * half)) < by:
             bits |= 1 << n
+    return bits
+
+
+@compiled
+def marker_shadows(
+    count: int, x: float, y: float, gap: float, radius: float, ahead: float, nearer: FloatArray
+) -> int:
+    """Return the bits of the rays that any nearer marker covers.
+
+    Args:
+        count: Of the nearer ones.
+        x: Of the marker's direction, of length 1.
+        y: Of the same.
+        gap: Range of the marker (m).
+        radius: Of all markers (m).
+        ahead: Of the eye, towards the marker (m).
+        nearer: The same three of the nearer markers, shape ``(3, r)``.
+    """
+    bits = 0
+    sine = min(radius / max(gap - ahead, 1e-9), 1.0)
+    for m in range(count):
+        # From the eye to the nearer marker, along the direction of the farther one and across it.
+        along = nearer[2, m] * (nearer[0, m] * x + nearer[1, m] * y) - ahead
+        across = nearer[2, m] * (nearer[0, m] * y - nearer[1, m] * x)
+        square = along * along + across * across
+        distance = max(np.sqrt(square), 1e-9)
+        by = min(radius / distance, 1.0)
+        if abs(across) < (sine + by) * distance and (along > 0.0 or sine + by >= 1.0):
+            bits |= shadow(across, along, np.arcsin(sine), np.arcsin(by))
+            if bits == ALL_RAYS:
+                break
     return bits
 
 
@@ -237,32 +293,6 @@ def thing_shadow(
 
 
 @compiled
-def marker_shadows(
-    bearing: float,
-    half: float,
-    wide: int,
-    first: IntArray,
-    after: IntArray,
-    bearings: FloatArray,
-    halves: FloatArray,
-) -> int:
-    """Return the bits of the rays that any nearer marker covers; the lists are those of :func:`look`."""
-    bits = 0
-    m = wide
-    while m >= 0 and bits != ALL_RAYS:
-        bits |= shadow(bearing, half, bearings[m], halves[m])
-        m = after[m]
-    span = half + SECTOR
-    low, high = int(np.floor((bearing - span) / SECTOR)), int(np.floor((bearing + span) / SECTOR))
-    for sector in range(low, min(high, low + SECTORS - 1) + 1):
-        m = first[sector % SECTORS]
-        while m >= 0 and bits != ALL_RAYS:
-            bits |= shadow(bearing, half, bearings[m], halves[m])
-            m = after[m]
-    return bits
-
-
-@compiled
 def thing_shadows(
     bearing: float,
     half: float,
@@ -271,7 +301,7 @@ def thing_shadows(
     objects: FloatArray,
     things: FloatArray,
 ) -> int:
-    """Return the bits of the rays that any thing covers; ``observer`` is a pose in the world."""
+    """Return the bits of the rays that any thing covers; ``observer`` is the eye's pose in the world."""
     bits = 0
     cos, sin = np.cos(observer[2]), np.sin(observer[2])
     place = np.empty(3)
@@ -294,6 +324,7 @@ def look(
     half_fov: float,
     radius: float,
     occlusion: bool,
+    ahead: float,
     least: float,
     things: FloatArray,
     grid: FloatArray,
@@ -314,6 +345,7 @@ def look(
         half_fov: rad.
         radius: Of a marker (m).
         occlusion: Whether anything hides anything.
+        ahead: As in :class:`View`.
         least: Fraction of a marker's width that must be in sight.
         things: As in :class:`View`.
         grid: From :func:`cells`, and so the next two.
@@ -321,51 +353,53 @@ def look(
         robots: The robots, cell by cell.
         who: Out: numbers of those seen, shape ``(k,)``.
         seen: Out: range, bearing, heading, visible fraction, shape ``(k, 4)``.
-        index: Room to work in, shape ``(4, max(r, SECTORS))``.
-        scratch: Room to work in, shape ``(3, r)``.
+        index: Room to work in, shape ``(2, r)``.
+        scratch: Room to work in, shape ``(4, r)``.
 
     Returns:
         How many are seen.
     """
-    candidates, heap, after, first = index[0], index[1], index[2], index[3]
-    distance, bearings, halves = scratch[0], scratch[1], scratch[2]
+    candidates, order = index[0], index[1]
+    distance, nearer = scratch[0], scratch[1:]
     count = near(pose, me, reach, grid, begin, robots, candidates, distance)
     for n in range(count):
-        heap[n] = n
-    for root in range(count // 2 - 1, -1, -1):
-        sink(heap, distance, candidates, root, count)
-    # Who came before, in lists: one of those that cover more than a sector to either side, and one a sector.
-    wide = -1
-    first[:SECTORS] = -1
-    yaw = pose[me, 2]
+        order[n] = n
+    if count > FEW:
+        for root in range(count // 2 - 1, -1, -1):
+            sink(order, distance, candidates, root, count)
+    else:
+        insert(order, distance, candidates, count)
+    yaw, eye = pose[me, 2], pose[me].copy()
     cos, sin = np.cos(yaw), np.sin(yaw)
     found = 0
-    while count > 0 and found < len(who):
-        n = heap[0]
-        count -= 1
-        heap[0] = heap[count]
-        sink(heap, distance, candidates, 0, count)
-        other, gap = candidates[n], distance[n]
+    for n in range(count):
+        if found == len(who):
+            break
+        c = order[n]
+        if count > FEW:
+            c = order[0]
+            order[0] = order[count - 1 - n]
+            sink(order, distance, candidates, 0, count - 1 - n)
+        other, gap = candidates[c], max(distance[c], 1e-9)
         dx, dy = pose[other, 0] - pose[me, 0], pose[other, 1] - pose[me, 1]
-        bearing = np.arctan2(cos * dy - sin * dx, cos * dx + sin * dy)
+        x, y = (cos * dx + sin * dy) / gap, (cos * dy - sin * dx) / gap
         visible = 1.0
         if occlusion:
-            half = np.arcsin(min(radius / gap, 1.0)) if gap > 0.0 else np.pi / 2.0
-            bearings[n], halves[n] = bearing, half
-            hidden = marker_shadows(bearing, half, wide, first, after, bearings, halves)
+            hidden = marker_shadows(n, x, y, gap, radius, ahead, nearer)
             if len(things) > 0:
-                hidden |= thing_shadows(bearing, half, gap, pose[me], objects, things)
-            if half > SECTOR:
-                after[n] = wide
-                wide = n
-            else:
-                sector = int(np.floor(bearing / SECTOR)) % SECTORS
-                after[n] = first[sector]
-                first[sector] = n
-            visible = 1.0 - bits_of(hidden) / len(RAYS)
-        if visible >= least and abs(bearing) <= half_fov:
+                eye[0] = pose[me, 0] + ahead * (cos * x - sin * y)
+                eye[1] = pose[me, 1] + ahead * (sin * x + cos * y)
+                half = np.arcsin(min(radius / max(gap - ahead, 1e-9), 1.0))
+                hidden |= thing_shadows(np.arctan2(y, x), half, gap - ahead, eye, objects, things)
+            nearer[0, n], nearer[1, n], nearer[2, n] = x, y, gap
+            if hidden:
+                visible = 1.0 - bits_of(hidden) / len(RAYS)
+        if visible < least:
+            continue
+        bearing = np.arctan2(y, x)
+        if abs(bearing) <= half_fov:
             who[found] = other
-            seen[found, 0], seen[found, 1], seen[found, 3] = gap, bearing, visible
+            seen[found, 0], seen[found, 1], seen[found, 3] = distance[c], bearing, visible
             seen[found, 2] = wrapped(pose[other, 2] - yaw)
             found += 1
     return found

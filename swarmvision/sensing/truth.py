@@ -13,14 +13,14 @@ from swarmvision.compiled import compiled
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import TruthSensorConfig
-from swarmvision.data import Estimates, IntArray, Picture, Scene
+from swarmvision.data import BoolArray, Estimates, IntArray, Picture, Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.sight import (
     BEARING,
     ENOUGH,
+    FEW,
     HEADING,
     RANGE,
-    SECTORS,
     VISIBLE,
     View,
     cells,
@@ -57,20 +57,18 @@ class TruthSensor:
 
         ``k`` is the configured number of neighbours, or ``r - 1`` where all are asked for.
         """
-        others = max(scene.robots - 1, 0)
-        k = others if self._neighbours is None else self._neighbours
-        who, seen = sight(scene.pose[None], scene.object_pose[None], self.view, min(k, others))
+        k = max(scene.robots - 1, 0) if self._neighbours is None else self._neighbours
+        who, seen = sight(scene.pose[None], scene.object_pose[None], self.view, k)
         who, seen = who[0], seen[0]
         if self._neighbours is None:
             who, seen = _own_slots(who, seen)
-        elif k > others:
-            who = np.pad(who, ((0, 0), (0, k - others)), constant_values=-1)
-            seen = np.pad(seen, ((0, 0), (0, k - others), (0, 0)), constant_values=np.nan)
         beyond = len(self._team) - 1  # where nobody's team stands, -1
         return truth_estimates(who, seen, self._team[np.where(who < 0, beyond, np.minimum(who, beyond))])
 
 
-def sight(pose: FloatArray, objects: FloatArray, view: View, most: int) -> tuple[IntArray, FloatArray]:
+def sight(
+    pose: FloatArray, objects: FloatArray, view: View, most: int, least: float = ENOUGH
+) -> tuple[IntArray, FloatArray]:
     """Return whom every robot of every world sees, nearest first.
 
     Args:
@@ -78,6 +76,7 @@ def sight(pose: FloatArray, objects: FloatArray, view: View, most: int) -> tuple
         objects: Shape ``(w, m, 3)``.
         view: Of the sensor.
         most: Slots ``k``.
+        least: Fraction of a marker's width that must be in sight.
 
     Returns:
         Numbers, -1 where the slot is empty, ``(w, r, k)``; range, bearing, heading and visible fraction,
@@ -85,17 +84,28 @@ def sight(pose: FloatArray, objects: FloatArray, view: View, most: int) -> tuple
     """
     who = np.full((*pose.shape[:2], most), -1, np.int64)
     seen = np.full((*who.shape, 4), np.nan)
-    fov = np.inf if view.half_fov >= np.pi else view.half_fov
-    _look_all(pose, objects, view.reach, fov, view.radius, view.occlusion, view.things, who, seen)
+    _look_all(
+        pose,
+        objects,
+        view.reach,
+        view.limit,
+        view.radius,
+        view.occlusion,
+        view.ahead,
+        least,
+        view.things,
+        who,
+        seen,
+    )
     return who, seen
 
 
 def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = None) -> Estimates:
     """Return what :func:`sight` found, and of which kind, as estimates without error, shape ``(..., k)``."""
     there = who >= 0
-    covariance = np.full((*who.shape, 3, 3), np.nan)
-    covariance[there] = VARIANCE * np.eye(3)
-    return Estimates(
+    covariance = np.empty((*who.shape, 3, 3))
+    _fill_diagonals(there.ravel(), covariance.reshape(-1, 9))
+    return Estimates.given(
         seen=there,
         range=seen[..., RANGE],
         bearing=seen[..., BEARING],
@@ -106,6 +116,14 @@ def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = Non
         visible=np.where(there, seen[..., VISIBLE], 0.0),
         kind=kind,
     )
+
+
+@compiled
+def _fill_diagonals(there: BoolArray, covariance: FloatArray) -> None:
+    """Fill rows ``(n, 9)`` with the covariance of a perfect sensor, or with nan where nobody is."""
+    for n in range(len(there)):
+        for c in range(9):
+            covariance[n, c] = np.nan if not there[n] else (VARIANCE if c % 4 == 0 else 0.0)
 
 
 def _own_slots(who: IntArray, seen: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -127,15 +145,18 @@ def _look_all(
     half_fov: float,
     radius: float,
     occlusion: bool,
+    ahead: float,
+    least: float,
     things: FloatArray,
     who: IntArray,
     seen: FloatArray,
 ) -> None:
     r = pose.shape[1]
-    index = np.empty((4, max(r, SECTORS)), np.int64)
-    scratch = np.empty((3, r))
+    index = np.empty((2, r), np.int64)
+    scratch = np.empty((4, r))
     for w in range(len(pose)):
-        grid, begin, robots = cells(pose[w], reach)
+        if w == 0 or r > FEW:
+            grid, begin, robots = cells(pose[w], reach)
         for me in range(r):
             look(
                 pose[w],
@@ -145,7 +166,8 @@ def _look_all(
                 half_fov,
                 radius,
                 occlusion,
-                ENOUGH,
+                ahead,
+                least,
                 things,
                 grid,
                 begin,

@@ -1,0 +1,283 @@
+"""Many worlds of one scenario in one process, as arrays: for learning, sweeps and statistics.
+
+The loop of :mod:`swarmvision.simulation` without pictures, for ``w`` worlds at once::
+
+    poses ──sense──> estimates (w, r, k) ──control──> commands (w, r) ──act──> poses (w, r, 3)
+
+Sensing is by ``truth`` or ``error_model``; controllers are the same functions. Motion is that of
+:mod:`swarmvision.world`, contacts are simpler (:mod:`swarmvision.contacts`). A world begins with a seed of
+its own, and nothing that happens in it depends on the others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmvision.config.scenario import ScenarioConfig
+from swarmvision.config.sensor import ErrorModelSensorConfig, TruthSensorConfig
+from swarmvision.contacts import WALLS, advance, shapes_of
+from swarmvision.controllers import Memory, Sense, controller
+from swarmvision.data import BoolArray, Commands, Estimates, IntArray, Scene, Senses
+from swarmvision.drive import Drive
+from swarmvision.errors import ConfigError, PhysicsError
+from swarmvision.geometry import FloatArray, wrap
+from swarmvision.ground import ANGLE, SPIN, VX, travelled
+from swarmvision.placement import starting_scene
+from swarmvision.randomness import Subsystem, hashed, stream
+from swarmvision.sensing.error_model import (
+    ErrorMemory,
+    error_model,
+    exposures_until,
+    observer_keys,
+    slots_of,
+)
+from swarmvision.sensing.sight import View
+from swarmvision.sensing.truth import sight, truth_estimates
+
+SUBSTEPS = 4  # of a control period; a scenario's own are for pymunk
+FELT: frozenset[Sense] = frozenset({"range", "bearing", "heading", "motion", "proximity", "goal", "cue"})
+# The last three at their neutral values: scenarios that have them are refused.
+
+
+class Worlds:
+    """``worlds`` copies of a scenario, advanced together one control step at a time."""
+
+    def __init__(
+        self, scenario: ScenarioConfig, worlds: int, seed: int = 0, *, substeps: int = SUBSTEPS
+    ) -> None:
+        """Place the robots of every world.
+
+        Args:
+            scenario: The experiment; its sensor is ``truth`` or ``error_model``.
+            worlds: How many.
+            seed: Of everything random; each world's own follows from it.
+            substeps: Physics steps in a control step.
+
+        Raises:
+            ConfigError: If the scenario asks for what many worlds do not have, or the robots do not fit.
+        """
+        _refuse(scenario)
+        r, m = scenario.robots, len(scenario.arena.objects)
+        self.scenario = scenario
+        self.seeds: IntArray = np.zeros(worlds, np.int64)
+        """The seed of each world's episode, ``(w,)``: a :class:`Simulation` of it begins alike."""
+        self.time = np.zeros(worlds)
+        """Since each world's episode began (s), ``(w,)``."""
+        self.robot_contacts: IntArray = np.zeros(worlds, np.int64)
+        """Contacts of robots with robots begun in each world's episode, ``(w,)``."""
+        self.obstacle_contacts: IntArray = np.zeros(worlds, np.int64)
+        """And with walls and objects."""
+        self.wheel_speed = np.zeros((worlds, r, 2))
+        """As in :class:`Scene`, ``(w, r, 2)``."""
+        self.wheel_travel = np.zeros((worlds, r, 2))
+        """As in :class:`Scene`, ``(w, r, 2)``."""
+        self._robots, self._seed, self._substeps = r, seed, substeps
+        self._episodes = np.zeros(worlds, np.int64)
+        self._drive = Drive.from_config(scenario.robot)
+        self._shapes, self._grips = shapes_of(r, scenario.robot, scenario.arena)
+        arena = scenario.arena
+        self._room = np.array([arena.width / 2.0, arena.depth / 2.0, np.sqrt(arena.wall_friction)])
+        self._state = np.zeros((worlds, r + m, 6))
+        self._touching = np.zeros((worlds, r + m, r + m + WALLS), bool)
+        self._look = _Look(scenario, worlds)
+        self._controller = controller(scenario.controller, scenario.layers)
+        if missing := self._controller.inputs - FELT:
+            raise ConfigError(f"many worlds do not have the senses {', '.join(sorted(missing))}")
+        self._memory: Memory = ()
+        self.reset()
+
+    @property
+    def worlds(self) -> int:
+        """How many worlds there are."""
+        return len(self.seeds)
+
+    @property
+    def pose(self) -> FloatArray:
+        """Robots: x, y (m), yaw (rad), shape ``(w, r, 3)``."""
+        pose = self._state[:, : self._robots, : ANGLE + 1].copy()
+        pose[..., ANGLE] = wrap(pose[..., ANGLE])
+        return pose
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Robots: dx/dt, dy/dt (m/s), dyaw/dt (rad/s), shape ``(w, r, 3)``."""
+        return self._state[:, : self._robots, VX : SPIN + 1].copy()
+
+    @property
+    def contacts(self) -> IntArray:
+        """Contacts begun so far in each world's episode, ``(w,)``."""
+        return self.robot_contacts + self.obstacle_contacts
+
+    def scene(self, world: int) -> Scene:
+        """Return one world as a scene."""
+        pose = self._state[world, :, : ANGLE + 1].copy()
+        pose[:, ANGLE] = wrap(pose[:, ANGLE])
+        velocity, r = self._state[world, :, VX : SPIN + 1], self._robots
+        return Scene(
+            time=float(self.time[world]),
+            pose=pose[:r],
+            velocity=velocity[:r],
+            wheel_speed=self.wheel_speed[world],
+            wheel_travel=self.wheel_travel[world],
+            object_pose=pose[r:],
+            object_velocity=velocity[r:],
+        )
+
+    def reset(self, which: BoolArray | None = None) -> None:
+        """Begin new episodes in some worlds ``(w,)``, or in all; each has a seed that it had not before."""
+        which = np.ones(self.worlds, bool) if which is None else which
+        for world in np.flatnonzero(which):
+            seed = hashed(self._seed, Subsystem.START, int(world), int(self._episodes[world]))
+            self._place(int(world), starting_scene(self.scenario, stream(seed, Subsystem.START)))
+            self._look.forget(int(world), seed)
+            self.seeds[world] = seed
+            self._episodes[world] += 1
+        keys = _law_keys(self.seeds, self._robots)
+        fresh = self._controller.begin(keys)
+        self._memory = _renewed(self._memory, fresh, which) if self._memory else fresh
+
+    def sense(self) -> Estimates:
+        """Return what each robot believes about its neighbours now, robot frame, shape ``(w, r, k)``."""
+        r = self._robots
+        pose = np.ascontiguousarray(self._state[..., : ANGLE + 1])
+        return self._look.sense(pose[:, :r], self._state[:, :r, SPIN], pose[:, r:], self.time)
+
+    def feel(self, estimates: Estimates) -> Senses:
+        """Return all that the robots know now: what they see of each other, and their own motion."""
+        speed, turn_rate = self._drive.twist(self.wheel_speed)
+        return Senses.of(estimates, 1.0 / self.scenario.control_hz, speed=speed, turn_rate=turn_rate)
+
+    def decide(self, senses: Senses) -> Commands:
+        """Return what the robots' law commands, shape ``(w, r)``; the law's memory goes on."""
+        commands, self._memory = self._controller.step(senses, self._memory)
+        return commands
+
+    def act(self, commands: Commands) -> None:
+        """Drive the robots of all worlds through one control period.
+
+        Args:
+            commands: Shape ``(w, r)``.
+
+        Raises:
+            PhysicsError: If a command or the new state is not finite.
+        """
+        _refuse_nonfinite("command", np.stack([commands.speed, commands.turn_rate], axis=-1))
+        period, s = 1.0 / self.scenario.control_hz, self._substeps
+        dt = period / s
+        wanted = self._drive.saturate(self._drive.wheel_speeds(commands.speed, commands.turn_rate))
+        before = self.wheel_speed
+        wheels = self._drive.lag(before, wanted, dt * np.arange(1, s + 1)[:, None, None, None])
+        twists = np.stack(self._drive.twist(wheels), axis=-1)  # (s, w, r, 2)
+        # Longer substeps than pymunk's would turn every path a little; the tracks point as in pymunk's.
+        lead = (dt - period / self.scenario.physics_substeps) / 2.0
+        touching = np.empty_like(self._touching)
+        margin = 2.0 * period * self._drive.max_wheel_speed + SLACK
+        advance(self._state, twists, self._shapes, self._grips, self._room, dt, lead, margin, touching)
+        _refuse_nonfinite("state", self._state)
+        self._count(touching)
+        self.wheel_speed = wheels[-1]
+        self.wheel_travel = self.wheel_travel + travelled(before, wheels, dt)
+        self.time = self.time + period
+
+    def step(self) -> Estimates:
+        """Sense, control and act once; return what was sensed."""
+        estimates = self.sense()
+        self.act(self.decide(self.feel(estimates)))
+        return estimates
+
+    def _count(self, touching: BoolArray) -> None:
+        begun = touching[:, : self._robots] & ~self._touching[:, : self._robots]
+        if begun.any():
+            self.robot_contacts += begun[..., : self._robots].sum(axis=(1, 2))
+            self.obstacle_contacts += begun[..., self._robots :].sum(axis=(1, 2))
+        self._touching = touching
+
+    def _place(self, world: int, scene: Scene) -> None:
+        self._state[world] = 0.0
+        self._state[world, :, : ANGLE + 1] = np.vstack([scene.pose, scene.object_pose])
+        self.wheel_speed[world] = self.wheel_travel[world] = 0.0
+        self.time[world] = 0.0
+        self.robot_contacts[world] = self.obstacle_contacts[world] = 0
+        self._touching[world] = False
+
+
+SLACK = 0.01  # m: what being pushed apart may add to a body's way in a period
+
+
+class _Look:
+    """The sensor of all worlds."""
+
+    def __init__(self, scenario: ScenarioConfig, worlds: int) -> None:
+        config, r = scenario.sensor, scenario.robots
+        self._rate, self._robots = scenario.control_hz, r
+        if isinstance(config, ErrorModelSensorConfig):
+            self._rate = config.rate_hz
+            self._model = error_model(config, scenario.robot, scenario.arena)
+            self._memory = ErrorMemory.blank(np.zeros((worlds, r), np.uint64), slots_of(config, r))
+            self._exposures, self._time = np.zeros(worlds, np.int64), np.zeros(worlds)
+            return
+        assert isinstance(config, TruthSensorConfig)
+        self._view = View.of(
+            scenario.robot,
+            scenario.arena,
+            config.reach,
+            np.radians(config.fov_deg),
+            occlusion=config.occlusion,
+        )
+        self._slots = config.neighbours or max(r - 1, 0)
+
+    def forget(self, world: int, seed: int) -> None:
+        if hasattr(self, "_memory"):
+            self._memory.forget(world, observer_keys(seed, self._robots))
+            self._exposures[world] = self._time[world] = 0
+
+    def sense(
+        self, pose: FloatArray, turn_rate: FloatArray, objects: FloatArray, time: FloatArray
+    ) -> Estimates:
+        if not hasattr(self, "_memory"):
+            return truth_estimates(*sight(pose, objects, self._view, self._slots))
+        due = np.array([exposures_until(float(now), self._rate) for now in np.unique(time)])[
+            np.unique(time, return_inverse=True)[1]
+        ]
+        exposed, passed = due > self._exposures, time - self._time
+        self._exposures, self._time = due, time.copy()
+        return self._model.believe(pose, turn_rate, objects, self._memory, exposed, passed)
+
+
+def _law_keys(seeds: IntArray, robots: int) -> NDArray[np.uint64]:
+    """Return the keys of the laws' chance, ``(w, r)``; those of a :class:`Simulation` of each seed."""
+    return np.array(
+        [[hashed(int(seed), Subsystem.CONTROLLER, robot) for robot in range(robots)] for seed in seeds],
+        dtype=np.uint64,
+    ).reshape(len(seeds), robots)
+
+
+def _renewed(old: Memory, fresh: Memory, which: BoolArray) -> Memory:
+    """Return a law's memory with some worlds' begun anew."""
+    rows = [
+        np.where(which.reshape(-1, *[1] * (np.ndim(a) - 1)), b, a) for a, b in zip(old, fresh, strict=True)
+    ]
+    return type(old)(*rows)
+
+
+def _refuse(scenario: ScenarioConfig) -> None:
+    if not isinstance(scenario.sensor, TruthSensorConfig | ErrorModelSensorConfig):
+        raise ConfigError(f"many worlds sense by truth or error_model, not by {scenario.sensor.kind}")
+    for what, there in (
+        ("teams", scenario.teams),
+        ("a goal", scenario.goal),
+        ("cues", scenario.arena.cues),
+        ("a proximity ring", scenario.proximity),
+    ):
+        if there:
+            raise ConfigError(f"many worlds do not have {what}")
+
+
+def _refuse_nonfinite(field: str, values: FloatArray) -> None:
+    if np.isfinite(values).all():
+        return
+    world, robot = (int(n) for n in np.argwhere(~np.isfinite(values))[0, :2])
+    raise PhysicsError(
+        f"{field} of robot {robot} in world {world} must be finite, got {values[world, robot]}"
+    )
