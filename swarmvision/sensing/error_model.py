@@ -461,6 +461,8 @@ def _imagine(
     me: int,
     key: np.uint64,
     picture: int,
+    turn_rate: float,
+    reach: float,
     following: IntArray,
     count: int,
     tables: tuple[FloatArray, ...],
@@ -473,10 +475,12 @@ def _imagine(
     bits = chance(key, picture, PHANTOM)
     if count == len(told) or share(bits) >= tables[9][0]:
         return count
-    z = np.empty(3)
+    z, sign = np.empty(3), 1.0 if turn_rate >= 0.0 else -1.0
     drift(z, tables[11], tables[13], bits, normals, False)
-    told[count, 0], told[count, 1] = picked(tables[10][0], z[0]), picked(tables[10][1], z[1])
-    told[count, 2] = wrapped(2.0 * np.pi * share(mixed(bits)))
+    told[count, 0], told[count, 1] = picked(tables[10][0], z[0]), sign * picked(tables[10][1], z[1])
+    told[count, 2] = sign * wrapped(2.0 * np.pi * share(mixed(bits)))
+    if told[count, 0] > reach:
+        return count
     direction = pose[2] + told[count, 1]
     after[5][count] = following[me]
     following[me] += 1
@@ -607,7 +611,19 @@ def _believe_all(
             )
             if exposed[w]:
                 count = _imagine(
-                    pose[w, i], i, key, picture[w], following[w], count, tables, normals, after, told, std
+                    pose[w, i],
+                    i,
+                    key,
+                    picture[w],
+                    turn,
+                    reach,
+                    following[w],
+                    count,
+                    tables,
+                    normals,
+                    after,
+                    told,
+                    std,
                 )
             _store(w, i, count, after, told, std, memory, out)
         if exposed[w]:
