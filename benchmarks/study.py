@@ -1,0 +1,202 @@
+"""Which behaviour works with which eyes: controllers x sensors x rigs over many seeds.
+
+    python benchmarks/study.py [QUESTION ...] [--seeds 20] [--processes 2] [--out out/study]
+
+Every run is kept in ``runs.jsonl``, so a study that was stopped goes on; each question gives a table
+(Markdown) and a plot. Without a question all are asked.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarmvision.drawing.study import Outcome, plot_outcomes
+from swarmvision.experiments.sweep import RunSpec, repeated, sweep
+
+MEASURES = {
+    "order": "order",
+    "largest_cluster": "largest cluster / robots",
+    "contacts_per_robot_minute": "contacts per robot and minute",
+}
+FLOCK = ("robots=10", "seconds=60")
+LAWS = {"kobot": "Kobot", "ferrante": "Ferrante"}
+RING_7 = 'sensor={kind="camera", rig="ring-7"}'
+FAULTS = {
+    "clean": "",
+    "12 % of pictures lost": "imperfections={dropped=0.12}",
+    "5 frames late": "latency=0.5",
+    "one blind": "faults={dead=[0]}",
+    "one camera stuck": "faults={stuck=[1]}",
+    "all of it": "imperfections={dropped=0.12}, latency=0.5, faults={dead=[0], stuck=[1]}",
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One point of one curve."""
+
+    series: str
+    place: float | str
+    changes: tuple[str, ...]
+    scenario: str = "flocking"
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked, and the conditions that answer it."""
+
+    title: str
+    axis: str
+    conditions: tuple[Condition, ...]
+    measures: dict[str, str] = field(default_factory=lambda: MEASURES)
+
+
+def law(name: str) -> str:
+    return f'controller={{law="{name}"}}'
+
+
+def truth(**settings: Any) -> str:
+    inner = "".join(f", {key}={value}" for key, value in settings.items())
+    return f'sensor={{kind="truth"{inner}}}'
+
+
+def field_of_view() -> Iterator[Condition]:
+    for name, title in LAWS.items():
+        for degrees in (54, 90, 135, 180, 225, 270, 315, 360):
+            yield Condition(title, float(degrees), (*FLOCK, truth(fov_deg=degrees), law(name)))
+
+
+def rigs() -> Iterator[Condition]:
+    for name, title in LAWS.items():
+        for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
+            yield Condition(title, rig, (*FLOCK, f'sensor={{kind="camera", rig="{rig}"}}', law(name)))
+
+
+def sensors() -> Iterator[Condition]:
+    kinds = {
+        "truth": truth(),
+        "error model": 'sensor={kind="error_model"}',
+        "camera": RING_7,
+        "infrared": 'sensor={kind="infrared"}',
+        "infrared ring": 'sensor={kind="infrared-ring"}',
+        "ultrasonic": 'sensor={kind="ultrasonic"}',
+    }
+    for name, title in LAWS.items():
+        for kind, setting in kinds.items():
+            yield Condition(title, kind, (*FLOCK, setting, law(name)))
+
+
+def latency() -> Iterator[Condition]:
+    for name, title in LAWS.items():
+        for frames in (0, 1, 2, 3, 5, 7, 10):
+            setting = f'sensor={{kind="camera", rig="ring-7", latency={frames / 10}}}'
+            yield Condition(title, float(frames), (*FLOCK, setting, law(name)))
+
+
+def scale() -> Iterator[Condition]:
+    for name in ("kobot", "ferrante", "couzin", "vicsek", "olfati-saber", "tanner", "gregoire"):
+        for robots in (5, 10, 20, 50, 100):
+            radius = 0.2 * robots**0.5
+            changes = (f"robots={robots}", "seconds=60", f"start.radius={radius:.2f}", truth(), law(name))
+            yield Condition(name, float(robots), changes)
+
+
+def faults() -> Iterator[Condition]:
+    for name, title in LAWS.items():
+        for fault, settings in FAULTS.items():
+            inner = f", {settings}" if settings else ""
+            setting = f'sensor={{kind="camera", rig="ring-7"{inner}}}'
+            yield Condition(title, fault, (*FLOCK, setting, law(name)))
+
+
+def aggregation() -> Iterator[Condition]:
+    for scenario in ("aggregation", "aggregation-gauci", "aggregation-beeclust", "aggregation-soysal"):
+        for title, setting in (("truth", truth(reach=4.5)), ("camera", RING_7[:-1] + ", reach=3.0}")):
+            yield Condition(title, scenario, ("robots=20", "seconds=180", setting), scenario)
+
+
+QUESTIONS = {
+    "field-of-view": Question(
+        "What field of view does flocking need? (truth)", "field of view (deg)", tuple(field_of_view())
+    ),
+    "rigs": Question("What do more lenses and panning buy? (pixels)", "rig", tuple(rigs())),
+    "sensors": Question("What does noise cost, and which sensor flocks?", "sensor", tuple(sensors())),
+    "latency": Question("What does latency cost? (pixels)", "latency (frames of 0.1 s)", tuple(latency())),
+    "scale": Question("How do the laws scale? (truth)", "robots", tuple(scale())),
+    "faults": Question("What do faults cost? (pixels)", "fault", tuple(faults())),
+    "aggregation": Question(
+        "Who gathers twenty robots in three minutes?",
+        "scenario",
+        tuple(aggregation()),
+        {key: MEASURES[key] for key in ("largest_cluster", "contacts_per_robot_minute")},
+    ),
+}
+
+
+def asked(question: Question, seeds: int) -> list[RunSpec]:
+    return [
+        spec
+        for number, condition in enumerate(question.conditions)
+        for spec in repeated(str(number), condition.scenario, condition.changes, range(seeds))
+    ]
+
+
+def outcomes(question: Question, rows: Sequence[dict[str, Any]]) -> list[Outcome]:
+    found = []
+    for number, condition in enumerate(question.conditions):
+        mine = [row for row in rows if row["label"] == str(number)]
+        values = {key: [float(row[key]) for row in mine] for key in question.measures}
+        found.append(Outcome(condition.series, condition.place, values))
+    return found
+
+
+def table(question: Question, found: Sequence[Outcome]) -> str:
+    """Return median (quartiles) of every measure as Markdown."""
+    names = list(question.measures.values())
+    lines = [
+        f"| law or sensor | {question.axis} | {' | '.join(names)} |",
+        "|" + " --- |" * (len(names) + 2),
+    ]
+    for outcome in found:
+        cells = []
+        for key in question.measures:
+            low, middle, high = np.percentile(outcome.values[key], (25, 50, 75))
+            cells.append(f"{middle:.3f} ({low:.3f}-{high:.3f})")
+        place = outcome.place if isinstance(outcome.place, str) else f"{outcome.place:g}"
+        lines.append(f"| {outcome.series} | {place} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def progress(name: str) -> Callable[[int, int], None]:
+    return lambda done, of: print(f"\r{name}: {done} / {of} runs", end="", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("questions", nargs="*", metavar="QUESTION", help=", ".join(QUESTIONS))
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=Path("out") / "study")
+    wanted = parser.parse_args()
+    unknown = set(wanted.questions) - set(QUESTIONS)
+    if unknown:
+        parser.error(f"unknown question {sorted(unknown)[0]!r}; known: {', '.join(QUESTIONS)}")
+    wanted.out.mkdir(parents=True, exist_ok=True)
+    for name in wanted.questions or QUESTIONS:
+        question = QUESTIONS[name]
+        kept = wanted.out / "runs.jsonl"
+        rows = sweep(asked(question, wanted.seeds), wanted.processes, kept, progress(name))
+        found = outcomes(question, rows)
+        (wanted.out / f"{name}.md").write_text(table(question, found))
+        plot_outcomes(wanted.out / f"{name}.png", question.title, question.axis, question.measures, found)
+        print(f"\n\n{question.title}\n\n{table(question, found)}")
+
+
+if __name__ == "__main__":
+    main()
