@@ -48,6 +48,8 @@ LIMITS = np.array([0.08, 0.02, 0.6, 6.0, 0.05, 0.4, 0.15, 0.15, 0.15, 0.15, 0.3,
 USUAL = np.array([0, 0, 0, 0, 0, 0.8, 0, 0, 0, 0, 0, 0], dtype=np.float64)
 LOOSE = np.array([9.0, 9.0, 99.0, 99.0, 0.04, 0.5, 0.3, 0.02, 0.1, 0.1, 0.3, 20.0])
 """Mean and standard deviation of what is known before: blur and smear (px), lean, evenness of the light."""
+INSIDE = 1.5  # px from the marker's outline, within which light from beside it may fall
+LEAST_INSIDE = 12  # pixels that may tell whether it is like a marker; with fewer all are asked
 LEAST_PIXELS = 30  # for 12 parameters and the colours
 PARTS, NARROW = 3, 16.0  # in a marker narrower than so many px a column is worked out in so many parts
 THIN = 6  # of the pixels that no edge is near, one in so many is used
@@ -65,7 +67,7 @@ SMEAR_FLOOR, TURN_ARM = (
     0.012,
     0.02,
 )  # of a motion blur; m: a heading errs by columns over this
-UNLIKE = 0.06  # loss of what only resembles a marker; a tenth of the light gives 0.04
+UNLIKE = 0.085  # of white, at most, on the marker itself; thinned-out chroma at 320 px gives 0.08
 DOUBT = 0.9  # loss of the less likely place over that of the likelier one, from which it is taken
 BESIDE = 2.5  # px beside what hides, and beside an end that is hidden, that are not used either
 
@@ -81,6 +83,8 @@ class Fit:
     """Standard deviation of the residuals of the pixels that fit, of white."""
     loss: float
     """Root of the mean bounded square of all residuals, of white."""
+    unlike: float
+    """The same of the pixels that surely show the marker, whatever stands behind it."""
 
 
 def read(image: NDArray[np.uint8], lens: Lens, task: Task, skin: Skin, scratch: Scratch) -> Estimates:
@@ -153,7 +157,7 @@ def polished(
             best = fit
     if best is None:
         return start
-    return _as_reading(best, start, lens, skin) if best.loss < UNLIKE else None
+    return _as_reading(best, start, lens, skin) if best.unlike < UNLIKE else None
 
 
 def tangents(lens: Lens, skin: Skin, distance: float, bearing: float) -> tuple[float, float]:
@@ -225,6 +229,8 @@ class _Patch:
     rows: FloatArray
     values: FloatArray
     """Balanced linear light of those that are fitted, ``(3, kept)``."""
+    inside: NDArray[np.bool_]
+    """Which of those surely show the marker and nothing beside it, ``(kept,)``."""
     kept: NDArray[np.int64]
     """Their places in the grid."""
     step: int
@@ -300,7 +306,7 @@ def _descend(
     out = np.empty((3, len(patch.kept), width + FREE + 1)) if mixed else grid
     grams = np.empty((3, width + FREE + 1, width + FREE + 1))
     delta, covariance = np.zeros(FREE), np.empty((FREE, FREE))
-    misfit = loss = 0.0
+    misfit = loss = unlike = 0.0
     for step in range(STEPS + 1):
         count = model(
             theta, colours, view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, skin.jumps, frame,
@@ -314,7 +320,7 @@ def _descend(
             smeared(grid, patch.kept, patch.high, length * patch.parts / patch.step, colours, out)
             out[:, :, width + SMEAR] *= patch.parts / patch.step * smear / length
         before = loss
-        misfit, loss = weigh(out, count, used, patch.values, colours, misfit)
+        misfit, loss, unlike = weigh(out, count, used, patch.values, patch.inside, colours, misfit)
         products(out, count, grams)
         if not advance(
             grams, width, free, theta, USUAL, LOOSE, misfit, step == 0, colours, delta, covariance
@@ -333,7 +339,7 @@ def _descend(
     if not free[HEADING]:
         covariance[2, :] = covariance[:, 2] = np.nan
     scale = np.array([math.exp(theta[LOG_RANGE]), 1.0, 1.0])
-    return Fit(theta, covariance * scale * scale[:, None], misfit, loss)
+    return Fit(theta, covariance * scale * scale[:, None], misfit, loss, unlike)
 
 
 def _cut(
@@ -373,6 +379,8 @@ def _cut(
     side = soft + smear / 2.0
     beside = (u < left + side) | (u > right - side)
     kept &= ~beside[:, None] | (v[None, :] < horizon - 1.0)
+    within = INSIDE + 0.5 * step + smear / 2.0
+    own = ((u > left + within) & (u < right - within))[:, None] & (v > top + within)[None, :]
     spread = math.ceil(smear / 2.0)
     for shift in range(-spread, step + spread):
         at = np.clip(first_u + shift + np.arange(wide) * step, 0, lens.width_px - 1)
@@ -380,14 +388,17 @@ def _cut(
     if kept.sum() < LEAST_PIXELS:
         return None
     i, j = np.nonzero(kept)
+    inside = own[i, j]
+    if inside.sum() < LEAST_INSIDE:
+        inside[:] = True
     parts = PARTS if right - left < NARROW and smear < NARROW / 3.0 else 1
     if smear <= 0.0 and parts == 1:
-        return _Patch(u[i], v[j], values[:, i, j], np.arange(len(i)), step, high, 1)
+        return _Patch(u[i], v[j], values[:, i, j], inside, np.arange(len(i)), step, high, 1)
     # The model needs columns from which light is smeared in, too.
     more = math.ceil(0.75 * smear / step) + 2
     u = first_u + (np.arange(-more * parts, (wide + more) * parts, dtype=np.float64) + 0.5) * step / parts
     places = ((i + more) * parts + parts // 2) * high + j
-    return _Patch(np.repeat(u, high), np.tile(v, len(u)), values[:, i, j], places, step, high, parts)
+    return _Patch(np.repeat(u, high), np.tile(v, len(u)), values[:, i, j], inside, places, step, high, parts)
 
 
 def smear_of(

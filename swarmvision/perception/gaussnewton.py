@@ -27,9 +27,10 @@ def weigh(
     count: int,
     used: NDArray[np.int64],
     values: FloatArray,
+    inside: NDArray[np.bool_],
     colours: FloatArray,
     misfit: float,
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Write the residuals and scale every pixel's rows by the root of its weight.
 
     The weight is ``1 / (1 + (r / (TAIL * misfit))^2)^2``, all 1 at a misfit of 0.
@@ -39,16 +40,19 @@ def weigh(
         count: Pixels that are written.
         used: Which they are.
         values: What the picture has, ``(3, all)``.
+        inside: Which pixels surely show the marker and nothing beside it, ``(all,)``.
         colours: See :func:`model`.
         misfit: Of the step before.
 
     Returns:
-        The new misfit: one standard deviation of the residuals of the pixels that fit; and the loss, the
-        root of the mean of ``r^2 / (1 + (r / STRANGE)^2)`` over all pixels, which no weight can hide.
+        The new misfit: one standard deviation of the residuals of the pixels that fit; the loss, the
+        root of the mean of ``r^2 / (1 + (r / STRANGE)^2)`` over all pixels, which no weight can hide; and
+        the same over the pixels inside, which does not feel what stands behind the marker.
     """
     width, last = colours.shape[1], out.shape[2] - 1
     residual = np.empty(3)
-    heavy = total = loss = 0.0
+    heavy = total = loss = own = 0.0
+    owned = 0
     for n in range(count):
         square = 0.0
         for channel in range(3):
@@ -57,7 +61,11 @@ def weigh(
                 value -= colours[channel, k] * out[channel, n, k]
             residual[channel] = value
             square += value * value / 3.0
-        loss += square / (1.0 + square / STRANGE**2)
+        bounded = square / (1.0 + square / STRANGE**2)
+        loss += bounded
+        if inside[used[n]]:
+            own += bounded
+            owned += 1
         root = 1.0
         if misfit > 0.0:
             root = 1.0 / (1.0 + square / (TAIL * misfit) ** 2)
@@ -67,7 +75,8 @@ def weigh(
             out[channel, n, last] = root * residual[channel]
         heavy += root * root * min(square, (TAIL * misfit) ** 2 if misfit > 0.0 else square)
         total += root * root
-    return max(math.sqrt(heavy / max(total, 1e-9)), NOISE), math.sqrt(loss / max(count, 1))
+    misfit = max(math.sqrt(heavy / max(total, 1e-9)), NOISE)
+    return misfit, math.sqrt(loss / max(count, 1)), math.sqrt(own / max(owned, 1))
 
 
 @compiled
