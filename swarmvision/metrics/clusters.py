@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.cluster.hierarchy import linkage
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
+from swarmvision.metrics.groups import groups_of_places
 
 
 def cluster_labels(position: ArrayLike, link: float) -> IntArray:
@@ -21,13 +20,7 @@ def cluster_labels(position: ArrayLike, link: float) -> IntArray:
     numbered in the order of their first members.
     """
     place = _places(position)
-    if len(place) == 0:
-        return np.zeros(0, dtype=np.int64)
-    one, two = cKDTree(place).query_pairs(link, output_type="ndarray").T
-    linked = coo_array((np.ones(len(one)), (one, two)), shape=(len(place), len(place)))
-    labels = connected_components(linked, directed=False)[1]
-    _, first, again = np.unique(labels, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[again].astype(np.int64)
+    return groups_of_places(place, np.argsort(place[:, 0], kind="stable"), link)
 
 
 def largest_cluster(position: ArrayLike, link: float) -> float:

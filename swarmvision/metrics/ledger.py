@@ -13,7 +13,7 @@ import numpy as np
 from swarmvision.data import Estimates, Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.metrics.clusters import dispersion, largest_cluster, social_entropy
-from swarmvision.metrics.graph import blind_share, visibility, weak_components
+from swarmvision.metrics.groups import groups_of_links
 from swarmvision.metrics.motion import contacts_per_robot_minute, displacement, path_efficiency, stuck
 from swarmvision.metrics.order import milling, order
 from swarmvision.metrics.perception import (
@@ -47,19 +47,19 @@ class Ledger:
         self._errors: list[PerceptionErrors] = []
         self._switches = TrackSwitches(robots) if robots <= FOLLOWED else None
         self._connected: list[bool] = []
-        self._blind: list[float] = []
+        self._seeing: list[int] = []
 
     def note(self, scene: Scene, estimates: Estimates) -> None:
         """Take in a scene and what was believed in it, robot frame, ``(r, k)``; in order of time."""
         if len(self.scenes) % self._every == 0:
             last = self._switches.last if self._switches is not None else UNKNOWN
             errors = perception_errors(scene.pose, estimates, self._reach, self._newest, last)
-            sees = visibility(errors, self._robots)
             self._errors.append(errors)
             if self._switches is not None:
                 self._switches.note(errors)
-            self._connected.append(weak_components(sees) <= 1)
-            self._blind.append(blind_share(sees))
+            seers, seen = errors.observer[errors.found], errors.neighbour[errors.found]
+            self._connected.append(bool(np.all(groups_of_links(seers, seen, self._robots) == 0)))
+            self._seeing.append(len(np.unique(seers)))
         self.scenes.append(scene)
 
     @property
@@ -117,7 +117,7 @@ class Ledger:
             "phantoms": sum(errors.phantoms for errors in self._errors) / fresh if fresh else None,
             "track_switches": self._switches.count if self._switches is not None else None,
             "connected": float(np.mean(self._connected)),
-            "blind": float(np.mean(self._blind)),
+            "blind": 1.0 - float(np.mean(self._seeing)) / self._robots if self._robots else 0.0,
             "perception": perception_table(self._errors),
         }
 

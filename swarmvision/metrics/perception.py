@@ -150,17 +150,25 @@ def _assign(
     """Fill in which slot of an observer is of whom, -1 for none; return how many slots are somebody's."""
     slot_of[:] = -1
     slots, others, scores = [0], [0], [np.inf]  # likely pairs; the first is none, so that types are known
+    asked = np.nonzero(told)[0]
+    farthest = 0.0  # that any slot may be of
+    for slot in asked:
+        off = max(columns[slot, 0] / (1.0 - MATCH_RANGE), columns[slot, 0] + spread[slot, 0])
+        farthest = max(farthest, off)
     for other in range(len(pose)):
         distance = _distance(pose, me, other)
-        for slot in range(len(told)):
+        if other == me or distance > farthest:
+            continue
+        bearing = _bearing(pose, me, other)
+        for slot in asked:
             gate = max(MATCH_RANGE * distance, spread[slot, 0])
             off_range = abs(columns[slot, 0] - distance)
-            if other == me or not told[slot] or not off_range < gate:
+            if not off_range < gate:
                 continue
             gate_bearing = max(MATCH_BEARING, spread[slot, 1])
-            off = abs(_turned(columns[slot, 1] - _bearing(pose, me, other)))
+            off = abs(_turned(columns[slot, 1] - bearing))
             if off < gate_bearing:
-                slots.append(slot)
+                slots.append(int(slot))
                 others.append(other)
                 stays = tracks[slot] >= 0 and tracks[slot] == last[other % len(last)]
                 scores.append(off / gate_bearing + off_range / gate - (KEPT if stays else 0.0))
@@ -181,12 +189,18 @@ def _distance(pose: FloatArray, me: int, other: int) -> float:
 @compiled
 def _bearing(pose: FloatArray, me: int, other: int) -> float:
     dx, dy = pose[other, 0] - pose[me, 0], pose[other, 1] - pose[me, 1]
-    return float(np.arctan2(dy, dx) - pose[me, 2])
+    return _turned(float(np.arctan2(dy, dx) - pose[me, 2]))
 
 
 @compiled
 def _turned(angle: float) -> float:
-    """Return the same direction (rad) in (-pi, pi]."""
+    """Return the same direction (rad) in (-pi, pi]; most are there already or a turn off."""
+    if angle > np.pi:
+        angle -= 2.0 * np.pi
+    elif angle <= -np.pi:
+        angle += 2.0 * np.pi
+    if -np.pi < angle <= np.pi:
+        return angle
     return float(np.pi - (np.pi - angle) % (2.0 * np.pi))
 
 
