@@ -210,3 +210,17 @@ def test_nobody_beyond_sight_is_drawn() -> None:
         one.sense(scene)
     assert not np.array_equal(drawn.pictures[0].image, alone.pictures[0].image)
     np.testing.assert_array_equal(hidden.pictures[0].image, alone.pictures[0].image)
+
+
+def test_a_turning_robot_trusts_its_bearings_less() -> None:
+    def spread(turn: float) -> float:
+        watching = sensor(2, rig="single", rate_hz=10)
+        world = World(ARENA, ROBOT, Scene.at_rest([[0, 0, 0], [0.4, 0, 1.0]]))
+        for _ in range(2):
+            estimates = watching.sense(world.scene)
+            world.step(Commands(np.zeros(2), np.array([turn, 0.0])), 0.1, 12)
+        assert estimates.age[0, 0] == 0.0
+        return float(estimates.covariance[0, 0, 1, 1])
+
+    still, left, right = spread(0.0), spread(1.5), spread(-1.5)
+    assert min(left, right) > 2.0 * still

@@ -40,6 +40,8 @@ class Looks(NamedTuple):
     """Decides all chance in the picture, shape ``(n, c)``."""
     lost: BoolArray
     """Whether a picture never arrives, shape ``(n, c)``."""
+    turning: FloatArray
+    """What the robot takes for the turn rate of each lens: by its encoders and servo (rad/s), ``(n, c)``."""
     mount: FloatArray
     """Of each lens on the robot at the exposure: x, y, yaw, shape ``(n, c, 3)``."""
     motion: FloatArray
@@ -146,6 +148,8 @@ class Exposures:
             pose[look, column] = compose(scene.pose[robot[look]], mounts[i][column])
             pan_rate = 0.0 if servo is None else float(servo.pan_rate(i / self._rate))
             turn_rate[look, column] = scene.velocity[robot[look], 2] + pan_rate
+        motion = self._motion(robot, number - 1, *self._odometry(robot, number))
+        pan = np.zeros(n) if servo is None else servo.pan_rate(number / self._rate)
         return Looks(
             robot=robot,
             start=np.searchsorted(robot, np.arange(len(self._taken) + 1)),
@@ -154,8 +158,9 @@ class Exposures:
             turn_rate=turn_rate,
             key=numbered(self._keys[robot[:, None], lens], shown),
             lost=lost,
+            turning=np.repeat((motion[:, 1] + pan)[:, None], c, axis=1),
             mount=np.array([mounts[i] for i in number.tolist()]).reshape(n, c, 3),
-            motion=self._motion(robot, number - 1, *self._odometry(robot, number)),
+            motion=motion,
         )
 
     def _shown(self, robot: IntArray, number: IntArray, lost: BoolArray) -> IntArray:

@@ -15,6 +15,7 @@ from swarmvision.camera import Lens
 from swarmvision.compiled import compiled
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
+from swarmvision.marker import Marker
 from swarmvision.perception.cylinder import BEARING, HEADING, RANGE, RANGE_STD, VISIBLE
 from swarmvision.perception.edges import MOST, ROW, read_edges_into
 from swarmvision.perception.fuse import fuse
@@ -39,6 +40,36 @@ class Scenes(NamedTuple):
     """Which of them each lens of each look shows, shape ``(n, c)``."""
     drift: FloatArray
     """What turning does to each picture: shear and blur, shape ``(n, c, 2)``."""
+
+
+class Shutter(NamedTuple):
+    """How much a rolling shutter in a turn adds to the spread of a reading, for each rad/s of the turn.
+
+    The rings of a marker are exposed one after the other, and each stands where the lens looked at its
+    time; a reading may follow either of them, or the slant that they make.
+    """
+
+    bearing: float
+    """Times range (s m): from the middle of the marker to a ring."""
+    heading: float
+    """s: the same on the marker's own radius."""
+
+    @classmethod
+    def of(cls, lens: Lens, readout_time: float, marker: Marker) -> Shutter:
+        """Return what reading out in a time (s) does to a marker."""
+        way = readout_time * lens.focal_px / lens.height_px * marker.height / 2.0
+        return cls(way, way / marker.radius)
+
+
+class Habits(NamedTuple):
+    """What is alike in all looks of all robots."""
+
+    sight: float
+    """Who is farther from a lens is not drawn (m)."""
+    reach: float
+    """Who is farther from the robot is left out (m)."""
+    shutter: Shutter
+    law: Law
 
 
 class Desk(NamedTuple):
@@ -91,9 +122,7 @@ def watch(
     task: Task,
     desk: Desk,
     tracks: Tracks,
-    sight: float,
-    reach: float,
-    law: Law,
+    habits: Habits,
 ) -> None:
     """Do all looks of the robots from first to before last.
 
@@ -107,13 +136,11 @@ def watch(
         task: Of the reader.
         desk: Of this thread alone.
         tracks: Of all robots.
-        sight: Who is farther from a lens is not drawn (m).
-        reach: Who is farther from the robot is left out (m).
-        law: Of the tracks.
+        habits: Of all robots.
     """
     for look in range(looks.start[first], looks.start[last]):
         robot = looks.robot[look]
-        anticipate(tracks, robot, looks.motion[look], law)
+        anticipate(tracks, robot, looks.motion[look], habits.law)
         told, pictures = 0, 0
         for lens in range(looks.lost.shape[1]):
             if looks.lost[look, lens]:
@@ -121,7 +148,7 @@ def watch(
             pictures += 1
             slot = scenes.slot[look, lens]
             pose, drift = looks.pose[look, lens], scenes.drift[look, lens]
-            near = gather_near(scenes.robots[slot], robot, pose, sight, desk.near)
+            near = gather_near(scenes.robots[slot], robot, pose, habits.sight, desk.near)
             draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
             spoil_picture(desk.lines, looks.key[look, lens], drift[0], drift[1], faults, desk.dirt)
             count = read_edges_into(desk.picture, task, desk.reading, desk.markers)
@@ -130,11 +157,17 @@ def watch(
             )  # fmt: skip
         if pictures > 0:
             follow(
-                tracks, robot, desk.polar[:told], desk.covariance[:told], desk.lens[:told],
-                looks.mount[look], reach, law,
-            )  # fmt: skip
+                tracks,
+                robot,
+                desk.polar[:told],
+                desk.covariance[:told],
+                desk.lens[:told],
+                looks.mount[look],
+                looks.turning[look],
+                habits,
+            )
         else:
-            lose_sight(tracks, robot, law)
+            lose_sight(tracks, robot, habits.law)
 
 
 @compiled
@@ -186,14 +219,29 @@ def follow(
     covariance: FloatArray,
     lens: IntArray,
     mount: FloatArray,
-    reach: float,
-    law: Law,
+    turning: FloatArray,
+    habits: Habits,
 ) -> None:
-    """Take in what all lenses of a robot read at once; arguments as for :func:`fuse`."""
+    """Take in what all lenses of a robot read at once; other arguments as for :func:`fuse`.
+
+    Args:
+        tracks: Of all robots.
+        robot: Who looks.
+        polar: See there.
+        covariance: Likewise; here it grows by what a turn does.
+        lens: Likewise.
+        mount: Likewise.
+        turning: Of each lens (rad/s), ``(lenses,)``.
+        habits: Of all robots.
+    """
+    for i in range(len(polar)):
+        turn = turning[lens[i]]
+        covariance[i, 1, 1] += (turn * habits.shutter.bearing / polar[i, 0]) ** 2
+        covariance[i, 2, 2] += (turn * habits.shutter.heading) ** 2  # nan where it is not told
     rows, spreads = np.empty((len(polar), 4)), np.empty((len(polar), 3, 3))
-    count = fuse(polar, covariance, lens, mount, reach, rows, spreads)
-    take_in(tracks, robot, rows[:count], spreads[:count], law)
-    forget(tracks, robot, law)
+    count = fuse(polar, covariance, lens, mount, habits.reach, rows, spreads)
+    take_in(tracks, robot, rows[:count], spreads[:count], habits.law)
+    forget(tracks, robot, habits.law)
 
 
 @compiled

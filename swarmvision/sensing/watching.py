@@ -22,7 +22,17 @@ from swarmvision.perception.track import Law, Tracks
 from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
 from swarmvision.sensing.exposures import Looks
-from swarmvision.sensing.watch import Desk, Scenes, anticipate, follow, gather_near, lose_sight, watch
+from swarmvision.sensing.watch import (
+    Desk,
+    Habits,
+    Scenes,
+    Shutter,
+    anticipate,
+    follow,
+    gather_near,
+    lose_sight,
+    watch,
+)
 
 Image = NDArray[np.uint8]
 
@@ -64,17 +74,20 @@ def watcher(
     keep_pictures: bool,
 ) -> Watcher:
     """Return the fastest watcher that can do what is asked."""
-    reader = Reader(lens, Marker.from_config(robot.marker), config.method)
+    marker = Marker.from_config(robot.marker)
+    reader = Reader(lens, marker, config.method)
+    shutter = Shutter.of(lens, config.imperfections.readout_time, marker)
+    habits = Habits(config.sight, config.reach, shutter, Law.of(config.tracker))
     if config.renderer == "mesh":
         from swarmvision.rendering.mesh import MeshRenderer
 
         renderer: Renderer = MeshRenderer(lens, robot, arena)
-        return ByHand(config, renderer, imperfections, reader, robots, keep_pictures)
-    raycaster = Raycaster(lens, robot, arena)
+        return ByHand(config, renderer, imperfections, reader, habits, robots, keep_pictures)
+    raycaster, counts = Raycaster(lens, robot, arena), (robots, len(arena.objects))
     plain = imperfections.by_kernel and not lens.is_distorted and config.method == "edges"
     if plain and reader.task is not None and not keep_pictures:
-        return ByKernel(config, raycaster, imperfections, reader.task, lens, robots, len(arena.objects))
-    return ByHand(config, raycaster, imperfections, reader, robots, keep_pictures)
+        return ByKernel(config, raycaster, imperfections, reader.task, lens, habits, counts)
+    return ByHand(config, raycaster, imperfections, reader, habits, robots, keep_pictures)
 
 
 class ByKernel:
@@ -89,14 +102,14 @@ class ByKernel:
         imperfections: Imperfections,
         task: Task,
         lens: Lens,
-        robots: int,
-        objects: int,
+        habits: Habits,
+        counts: tuple[int, int],
     ) -> None:
+        robots, objects = counts
         self.pictures: list[list[Picture]] = [[] for _ in range(robots)]
         self._raycaster, self._imperfections, self._task, self._lens = raycaster, imperfections, task, lens
-        self._robots, self._objects, self._law = robots, objects, Law.of(config.tracker)
-        self._sight, self._reach = config.sight, config.reach
-        self._lenses = len(config.rig.yaws_deg)
+        self._robots, self._objects, self._lenses = robots, objects, len(config.rig.yaws_deg)
+        self._habits = habits
         self._memory = threading.local()
 
     def prepare(self, looks: Looks, scenes: dict[int, Scene]) -> None:
@@ -129,9 +142,7 @@ class ByKernel:
             self._task,
             self._memory.desk,
             tracks,
-            self._sight,
-            self._reach,
-            self._law,
+            self._habits,
         )
 
 
@@ -144,6 +155,7 @@ class ByHand:
         renderer: Renderer,
         imperfections: Imperfections,
         reader: Reader,
+        habits: Habits,
         robots: int,
         keep_pictures: bool,
     ) -> None:
@@ -151,7 +163,7 @@ class ByHand:
         self.pictures: list[list[Picture]] = [[] for _ in range(robots)]
         self._keep = keep_pictures
         self._renderer, self._imperfections, self._reader = renderer, imperfections, reader
-        self._sight, self._reach, self._law = config.sight, config.reach, Law.of(config.tracker)
+        self._habits = habits
         self._memory = threading.local()
 
     def prepare(self, looks: Looks, scenes: dict[int, Scene]) -> None:
@@ -167,10 +179,10 @@ class ByHand:
 
     def _look(self, robot: int, look: int, tracks: Tracks) -> None:
         looks = self._looks
-        anticipate(tracks, robot, looks.motion[look], self._law)
+        anticipate(tracks, robot, looks.motion[look], self._habits.law)
         lenses = np.nonzero(~looks.lost[look])[0]
         if len(lenses) == 0:
-            lose_sight(tracks, robot, self._law)
+            lose_sight(tracks, robot, self._habits.law)
             return
         self.pictures[robot] = []
         readings = [self._read(robot, look, int(lens)) for lens in lenses]
@@ -179,14 +191,23 @@ class ByHand:
         for reading, count, end in zip(readings, counts, np.cumsum(counts), strict=True):
             lens_rows(reading, polar[end - count : end], covariance[end - count : end])
         lens_of = np.repeat(lenses, counts)
-        follow(tracks, robot, polar, covariance, lens_of, looks.mount[look], self._reach, self._law)
+        follow(
+            tracks,
+            robot,
+            polar,
+            covariance,
+            lens_of,
+            looks.mount[look],
+            looks.turning[look],
+            self._habits,
+        )
 
     def _read(self, robot: int, look: int, lens: int) -> Estimates:
         """Return what one lens reads."""
         looks, pose = self._looks, self._looks.pose[look, lens]
         scene = self._scenes[int(looks.scene[look, lens])]
         near = np.empty_like(scene.pose)
-        count = gather_near(scene.pose, robot, pose, self._sight, near)
+        count = gather_near(scene.pose, robot, pose, self._habits.sight, near)
         seen = Scene.at_rest(near[:count], scene.object_pose)  # a picture is of an instant
         image = self._renderer.render(seen, pose, None, None if self._keep else self._buffer())
         self._imperfections.spoil(image, int(looks.key[look, lens]), float(looks.turn_rate[look, lens]))
