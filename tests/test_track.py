@@ -202,11 +202,22 @@ def history() -> str:
     return json.dumps(out)
 
 
+def test_a_neighbour_that_is_pushed_keeps_its_number() -> None:
+    tracker = Tracker(TrackerConfig())
+    for _ in range(10):
+        tracker.step(measured([[0.5, 0.0, 0.0]]), 0, 0, 0.1)
+    pushed = tracker.step(measured([[0.5, 0.06, 0.0]]), 0, 0, 0.1)
+    assert pushed.track.tolist() == [0]
+    assert pushed.positions[0, 1] == pytest.approx(0.06, abs=1e-6)
+    another = tracker.step(measured([[0.5, 0.06, 0.0], [0.5, 0.2, 0.0]]), 0, 0, 0.1)
+    assert another.track.tolist() == [0, 1]
+
+
 def test_a_contested_neighbour_goes_to_the_track_that_fits_best() -> None:
     tracker = Tracker(TrackerConfig())
     for _ in range(5):
         tracker.step(measured([[0.5, 0.0, 0.0], [0.5, 0.12, 0.0]]), 0, 0, 0.1)
-    # The second is hidden; its own place is empty, and the first must not be taken for it.
+    # The second is hidden, and the first must not be taken for it.
     seen = tracker.step(measured([[0.5, 0.01, 0.0]]), 0, 0, 0.1)
     assert seen.age.tolist() == [0.0, pytest.approx(0.1)]
 

@@ -10,9 +10,7 @@ from swarmvision.compiled import compiled
 from swarmvision.data import Estimates, IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.kalman import improve
-from swarmvision.perception.planar import plane_from_polar, polar_from_plane
-
-NEAREST_AXES = 0.08  # m: two robots' axes cannot be nearer, so what is nearer is one robot
+from swarmvision.perception.planar import NEAREST_AXES, plane_from_polar, polar_from_plane
 
 
 def robot_frame(readings: list[Estimates], robot_from_lens: FloatArray) -> Estimates:

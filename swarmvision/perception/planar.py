@@ -13,6 +13,8 @@ import numpy as np
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 
+NEAREST_AXES = 0.08  # m: two robots' axes cannot be nearer, so what is nearer is one robot
+
 
 @compiled
 def wrapped(angle: float) -> float:

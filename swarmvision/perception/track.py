@@ -3,7 +3,9 @@
 Each neighbour is a constant-velocity track in its observer's own frame, see
 :mod:`swarmvision.perception.kalman`; the observer's own motion, by its encoders, turns and shifts
 the frame. Measurements are assigned all at once, where a match costs its squared Mahalanobis
-distance and a track that goes without costs the gate. The tracks of all robots are one set of
+distance and a track that goes without costs the gate. Who is seen beyond the gate, but where no second
+robot has room beside the track, is the same robot after a push: the track begins anew with its number.
+The tracks of all robots are one set of
 arrays; kernels work on one robot's row of them, so that threads may share it robot by robot.
 """
 
@@ -19,7 +21,7 @@ from swarmvision.data import BoolArray, Estimates, IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.assignment import assignment
 from swarmvision.perception.kalman import STATE, carry_on, improve, squared_distance
-from swarmvision.perception.planar import plane_from_polar, polar_from_plane
+from swarmvision.perception.planar import NEAREST_AXES, plane_from_polar, polar_from_plane
 
 if TYPE_CHECKING:
     from swarmvision.config.sensor import TrackerConfig
@@ -209,13 +211,23 @@ def take_in(tracks: Tracks, r: int, rows: FloatArray, spreads: FloatArray, law: 
     count = tracks.used[r]
     order = _nearest_first(rows)
     partner = _partners(tracks, r, rows, spreads, order, law)
+    free = np.ones(count, np.bool_)
+    for k in range(len(order)):
+        if partner[k] >= 0:
+            free[partner[k]] = False
     for i in range(count):
         tracks.looks[r, i] += 1
     for k in range(len(order)):
         row, spread, i = rows[order[k]], spreads[order[k]], partner[k]
         told = 2 if math.isnan(row[2]) else 3
         if i < 0:
-            _begin(tracks, r, row, spread, told)
+            i = _same_place(tracks, r, row, free)
+            if i >= 0:
+                free[i] = False
+                _start(tracks, r, i, row, spread, told)
+                tracks.hits[r, i] += 1
+            else:
+                _begin(tracks, r, row, spread, told)
             continue
         improve(tracks.state[r, i], tracks.covariance[r, i], row, spread, told)
         tracks.age[r, i], tracks.visible[r, i] = 0.0, row[3]
@@ -319,11 +331,33 @@ def _partners(
 
 
 @compiled
+def _same_place(tracks: Tracks, r: int, row: FloatArray, free: BoolArray) -> int:
+    """Return the free track that is nearest to a row, where only one robot has room; -1 for none."""
+    nearest, best = NEAREST_AXES, -1
+    for i in range(len(free)):
+        away = math.hypot(tracks.state[r, i, 0] - row[0], tracks.state[r, i, 1] - row[1])
+        if free[i] and away < nearest:
+            nearest, best = away, i
+    return best
+
+
+@compiled
 def _begin(tracks: Tracks, r: int, row: FloatArray, spread: FloatArray, told: int) -> None:
     """Begin a track with a measurement, if there is room."""
     i = tracks.used[r]
     if i == tracks.state.shape[1]:
         return
+    _start(tracks, r, i, row, spread, told)
+    tracks.hits[r, i] = tracks.looks[r, i] = 1
+    tracks.sure[r, i] = False
+    tracks.number[r, i] = tracks.issued[r]
+    tracks.issued[r] += 1
+    tracks.used[r] = i + 1
+
+
+@compiled
+def _start(tracks: Tracks, r: int, i: int, row: FloatArray, spread: FloatArray, told: int) -> None:
+    """Set a track to a measurement, at rest for all that is known."""
     state, covariance = tracks.state[r, i], tracks.covariance[r, i]
     state[:] = 0.0
     covariance[:, :] = 0.0
@@ -335,9 +369,4 @@ def _begin(tracks: Tracks, r: int, row: FloatArray, spread: FloatArray, told: in
         covariance[2, 2] = UNTOLD_HEADING_STD**2
     covariance[3, 3] = covariance[4, 4] = FIRST_SPEED_STD**2
     covariance[5, 5] = FIRST_TURN_STD**2
-    tracks.age[r, i], tracks.visible[r, i] = 0.0, row[3]
-    tracks.hits[r, i] = tracks.looks[r, i] = 1
-    tracks.told[r, i], tracks.sure[r, i] = told == 3, False
-    tracks.number[r, i] = tracks.issued[r]
-    tracks.issued[r] += 1
-    tracks.used[r] = i + 1
+    tracks.age[r, i], tracks.visible[r, i], tracks.told[r, i] = 0.0, row[3], told == 3
