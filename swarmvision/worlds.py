@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.config.scenario import ScenarioConfig
-from swarmvision.config.sensor import ErrorModelSensorConfig, TruthSensorConfig
+from swarmvision.config.sensor import DeliveryConfig, ErrorModelSensorConfig, TruthSensorConfig
 from swarmvision.contacts import WALLS, advance, shapes_of
 from swarmvision.controllers import Memory, Sense, controller
 from swarmvision.data import BoolArray, Commands, Estimates, IntArray, Scene, Senses
@@ -32,6 +32,7 @@ from swarmvision.sensing.error_model import (
     observer_keys,
     slots_of,
 )
+from swarmvision.sensing.registry import has_own_way
 from swarmvision.sensing.sight import View
 from swarmvision.sensing.truth import sight, truth_estimates
 
@@ -272,6 +273,9 @@ def _refuse(scenario: ScenarioConfig) -> None:
     ):
         if there:
             raise ConfigError(f"many worlds do not have {what}")
+    sensor = scenario.sensor
+    if isinstance(sensor, DeliveryConfig) and has_own_way(sensor):
+        raise ConfigError("many worlds do not have sensors that are late, lossy, broken or with a memory")
 
 
 def _refuse_nonfinite(field: str, values: FloatArray) -> None:

@@ -174,6 +174,15 @@ def test_a_told_compass_has_its_own_noise(make: Make) -> None:
     assert np.mean(told) == pytest.approx(2.0, abs=4 * np.radians(10) / np.sqrt(1000))
 
 
+@pytest.mark.parametrize("sensor", [InfraredSensor, UltrasonicSensor])
+def test_a_message_tells_the_sender_s_team(sensor: type[InfraredSensor] | type[UltrasonicSensor]) -> None:
+    config: Any = InfraredSensorConfig(airtime=0) if sensor is InfraredSensor else UltrasonicSensorConfig()
+    read = sensor(config, ROBOT, ARENA, 0, (1, 1)).sense(standing([[0, 0, 0], [0.5, 0, 0], [0, 0.5, 0]]))
+    assert read.kind is not None
+    for slot in np.flatnonzero(read.seen[0]):
+        assert read.kind[0, slot] == (1 if read.track[0, slot] == 1 else -1)
+
+
 @RANGING
 def test_only_the_nearest_are_read_where_slots_are_few(make: Make) -> None:
     scene = standing([[0, 0, 0], [0, 0.9, 0], [0.5, 0, 0], [-0.7, 0, 0]])

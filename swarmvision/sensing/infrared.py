@@ -21,19 +21,25 @@ from swarmvision.data import Estimates, Picture, Scene
 from swarmvision.randomness import RobotKeys, Subsystem, draw
 from swarmvision.sensing.ranging import Spread, measured, only
 from swarmvision.sensing.sight import View
-from swarmvision.sensing.truth import sight
+from swarmvision.sensing.truth import Teams, sight
 
 LOSS = 3  # the channel of chance that decides which messages meet; 0 to 2 are the errors'
 
 
 class InfraredSensor:
-    """The infrared links of all robots; a neighbour's track is its number, the nearest come first."""
+    """The infrared links of all robots, the nearest neighbours first; a track is a number, a kind a team."""
 
     pictures: tuple[Picture, ...] = ()
 
     def __init__(
-        self, config: InfraredSensorConfig, robot: RobotConfig, arena: ArenaConfig, seed: int = 0
+        self,
+        config: InfraredSensorConfig,
+        robot: RobotConfig,
+        arena: ArenaConfig,
+        seed: int = 0,
+        team_sizes: tuple[int, ...] = (),
     ) -> None:
+        self._teams = Teams(team_sizes)
         self._config = config
         self._view = View.of_bodies(robot, arena, config.reach, occlusion=config.occlusion)
         self._spread = Spread(
@@ -56,6 +62,6 @@ class InfraredSensor:
         others = np.count_nonzero(who >= 0, axis=1)[:, None] - 1
         arrives = draw(keys[:, None], self._readings, who, LOSS) < (1.0 - self._config.airtime) ** others
         who, seen = only(who, seen, arrives)
-        estimates = measured(who, seen, self._spread, keys, self._readings)
+        estimates = measured(who, seen, self._teams.of(who), self._spread, keys, self._readings)
         self._readings += 1
         return estimates

@@ -1,8 +1,8 @@
 """Range and bearing between robots by a signal from one to the other: what infrared and sound share.
 
 Whom a signal reaches is line of sight (:mod:`swarmvision.sensing.sight`); what is measured has errors that
-are normal, independent and without bias. A message names its sender, so a track is a robot's number, and
-it may carry the sender's compass.
+are normal, independent and without bias. A message names its sender, so a track is a robot's number and a
+kind its team, and it may carry the sender's compass.
 """
 
 from __future__ import annotations
@@ -35,13 +35,14 @@ class Spread:
 
 
 def measured(
-    who: IntArray, seen: FloatArray, spread: Spread, keys: NDArray[np.uint64], reading: int
+    who: IntArray, seen: FloatArray, kind: IntArray, spread: Spread, keys: NDArray[np.uint64], reading: int
 ) -> Estimates:
     """Return what robots read of the neighbours in their line of sight.
 
     Args:
         who: Numbers, -1 where a slot is empty, shape ``(r, k)``.
         seen: Range, bearing, heading and visible fraction, shape ``(r, k, 4)``.
+        kind: Their teams, shape ``(r, k)``.
         spread: Of the errors.
         keys: Of the observers, shape ``(r,)``; errors depend on observer, neighbour and reading alone.
         reading: Its number.
@@ -70,6 +71,7 @@ def measured(
         age=np.where(there, 0.0, np.nan),
         track=who,
         visible=np.where(there, seen[..., VISIBLE], 0.0),
+        kind=kind,
     )
 
 

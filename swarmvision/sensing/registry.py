@@ -56,8 +56,12 @@ def sensor_of(
     if isinstance(config, ErrorModelSensorConfig):  # lateness and memory are part of its tables
         return ErrorModelSensor(config, scenario.robot, scenario.arena, scenario.robots, seed)
     sensor = _reading(config, scenario, seed)
-    own_way = any(getattr(config, name) != getattr(AT_ONCE, name) for name in DeliveryConfig.model_fields)
-    return Delivery(sensor, config, scenario.robot, seed) if own_way else sensor
+    return Delivery(sensor, config, scenario.robot, seed) if has_own_way(config) else sensor
+
+
+def has_own_way(config: DeliveryConfig) -> bool:
+    """Return whether readings are late, lost, remembered or from broken sensors."""
+    return any(getattr(config, name) != getattr(AT_ONCE, name) for name in DeliveryConfig.model_fields)
 
 
 def newest_age(config: SensorConfig) -> float:
@@ -74,9 +78,9 @@ def _reading(config: DeliveryConfig, scenario: ScenarioConfig, seed: int) -> Sen
     robot, arena = scenario.robot, scenario.arena
     match config:
         case InfraredSensorConfig():
-            return InfraredSensor(config, robot, arena, seed)
+            return InfraredSensor(config, robot, arena, seed, scenario.team_sizes)
         case UltrasonicSensorConfig():
-            return UltrasonicSensor(config, robot, arena, seed)
+            return UltrasonicSensor(config, robot, arena, seed, scenario.team_sizes)
         case InfraredRingSensorConfig():
             return InfraredRingSensor(config, robot, arena, seed)
         case TruthSensorConfig():

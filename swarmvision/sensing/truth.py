@@ -46,7 +46,7 @@ class TruthSensor:
         team_sizes: tuple[int, ...] = (),
     ) -> None:
         """Make the sensor; robots that no team counts are of a kind that is not told."""
-        self._team = np.append(np.repeat(np.arange(len(team_sizes)), team_sizes), -1)
+        self._teams = Teams(team_sizes)
         self._neighbours = config.neighbours
         self.view = View.of(
             robot, arena, config.reach, np.radians(config.fov_deg), occlusion=config.occlusion
@@ -62,8 +62,19 @@ class TruthSensor:
         who, seen = who[0], seen[0]
         if self._neighbours is None:
             who, seen = _own_slots(who, seen)
+        return truth_estimates(who, seen, self._teams.of(who))
+
+
+class Teams:
+    """Which team each robot is of, for sensors that can tell."""
+
+    def __init__(self, sizes: tuple[int, ...]) -> None:
+        self._team = np.append(np.repeat(np.arange(len(sizes)), sizes), -1)
+
+    def of(self, who: IntArray) -> IntArray:
+        """Return the team of each number ``(...)``; -1 for nobody and for robots that no team counts."""
         beyond = len(self._team) - 1  # where nobody's team stands, -1
-        return truth_estimates(who, seen, self._team[np.where(who < 0, beyond, np.minimum(who, beyond))])
+        return self._team[np.where(who < 0, beyond, np.minimum(who, beyond))]
 
 
 def sight(

@@ -20,19 +20,25 @@ from swarmvision.data import BoolArray, Estimates, Picture, Scene
 from swarmvision.randomness import RobotKeys, Subsystem
 from swarmvision.sensing.ranging import Spread, measured, only
 from swarmvision.sensing.sight import View
-from swarmvision.sensing.truth import sight
+from swarmvision.sensing.truth import Teams, sight
 
 CLOCK_SLACK = 1e-9  # s; sums of control periods are not exact
 
 
 class UltrasonicSensor:
-    """The transducers of all robots; a neighbour's track is its number, the nearest come first."""
+    """The transducers of all robots, the nearest neighbours first; a track is a number, a kind a team."""
 
     pictures: tuple[Picture, ...] = ()
 
     def __init__(
-        self, config: UltrasonicSensorConfig, robot: RobotConfig, arena: ArenaConfig, seed: int = 0
+        self,
+        config: UltrasonicSensorConfig,
+        robot: RobotConfig,
+        arena: ArenaConfig,
+        seed: int = 0,
+        team_sizes: tuple[int, ...] = (),
     ) -> None:
+        self._teams = Teams(team_sizes)
         self._config = config
         self._view = View.of(robot, arena, config.reach, 2.0 * np.pi, occlusion=config.occlusion)
         self._spread = Spread(
@@ -55,7 +61,9 @@ class UltrasonicSensor:
         who, seen = who[0], seen[0]
         if scene.robots:
             who, seen = only(who, seen, sounded[who])
-        estimates = measured(who, seen, self._spread, self._keys.of(scene.robots), self._readings)
+        estimates = measured(
+            who, seen, self._teams.of(who), self._spread, self._keys.of(scene.robots), self._readings
+        )
         self._readings += 1
         return estimates
 
