@@ -18,7 +18,7 @@ from swarmvision.compiled import compiled
 from swarmvision.config.arena import ArenaConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import ProximityConfig
-from swarmvision.data import SECTOR_BEARINGS, BoolArray, Scene
+from swarmvision.data import SECTOR_BEARINGS, BoolArray, IntArray, Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.randomness import RobotKeys, Subsystem, normal
 
@@ -77,6 +77,7 @@ class ProximityRing:
         is_robot = np.zeros(gap.shape, dtype=np.bool_)
         _measure(
             scene.pose,
+            np.argsort(scene.pose[:, 0], kind="stable"),
             scene.object_pose,
             self._body,
             self._things,
@@ -91,6 +92,7 @@ class ProximityRing:
 @compiled
 def _measure(
     pose: FloatArray,
+    by_x: IntArray,
     objects: FloatArray,
     body: FloatArray,
     things: FloatArray,
@@ -99,15 +101,24 @@ def _measure(
     gap: FloatArray,
     is_robot: BoolArray,
 ) -> None:
-    """Fill in the nearest range in every sector; boxes by half sizes, discs by radius and -1."""
+    """Fill in the nearest range in every sector; boxes by half sizes, discs by radius and -1.
+
+    Robots are met in the order of their x, ``by_x``, to either side until they are too far.
+    """
     far = reach + np.hypot(body[0], body[1])
-    for me in range(len(pose)):
+    for place in range(len(pose)):
+        me = by_x[place]
         x, y, yaw = pose[me]
         cos, sin = np.cos(yaw), np.sin(yaw)
-        for other in range(len(pose)):
-            dx, dy = pose[other, 0] - x, pose[other, 1] - y
-            if other != me and dx * dx + dy * dy < far * far:
-                _box(cos * dx + sin * dy, cos * dy - sin * dx, pose[other, 2] - yaw, body, reach, gap[me])
+        for side in (-1, 1):
+            at = place + side
+            while 0 <= at < len(pose) and abs(pose[by_x[at], 0] - x) < far:
+                other = by_x[at]
+                dx, dy = pose[other, 0] - x, pose[other, 1] - y
+                if dx * dx + dy * dy < far * far:
+                    turn = pose[other, 2] - yaw
+                    _box(cos * dx + sin * dy, cos * dy - sin * dx, turn, body, reach, gap[me])
+                at += side
         for k in range(SECTORS):  # all that was met so far was a robot
             is_robot[me, k] = gap[me, k] < np.inf
         before = gap[me].copy()
