@@ -14,6 +14,7 @@ import pytest
 
 from swarmvision.benchmark import rivals
 from swarmvision.benchmark.pictures import found, spoiled
+from swarmvision.benchmark.rival_detectors import aruco, finding_all, tags
 from swarmvision.benchmark.stage import (
     DENSITY,
     DRAWN,
@@ -107,9 +108,9 @@ def test_a_rival_that_fails_is_absent_with_its_name_and_one_line() -> None:
         raise OSError("no display\nand much more")
 
     assert rivals.attempt("pyrender", broken) == Absent("pyrender: no display")
-    assert rivals.attempt(
-        "aruco", rivals.finding_all(lambda _: lambda: 4, np.zeros((2, 2, 3), np.uint8), 5)
-    ) == (Absent("aruco: found 4 of 5 tags"))
+    assert rivals.attempt("aruco", finding_all(lambda _: lambda: 4, np.zeros((2, 2, 3), np.uint8), 5)) == (
+        Absent("aruco: found 4 of 5 tags")
+    )
 
 
 def test_medians_tell_the_present_and_keep_the_absent() -> None:
@@ -153,9 +154,9 @@ def test_a_smaller_picture_has_the_same_view() -> None:
 def test_tags_are_found_where_markers_were() -> None:
     scene = in_view(READ)
     background = np.full((LENS.height_px, LENS.width_px, 3), 200, np.uint8)
-    tagged = with_tags(background, scene, rivals.tags("DICT_4X4_50", 6, READ))
-    assert rivals.aruco(tagged)() == READ
-    assert rivals.aruco(background)() == 0
+    tagged = with_tags(background, scene, tags("DICT_4X4_50", 6, READ))
+    assert aruco(tagged)() == READ
+    assert aruco(background)() == 0
 
 
 def test_swarms_of_every_size_have_one_density() -> None:

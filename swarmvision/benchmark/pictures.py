@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from swarmvision.benchmark import rival_detectors as detectors
+from swarmvision.benchmark import rival_renderers as renderers
 from swarmvision.benchmark import rivals
 from swarmvision.benchmark.stage import (
     ARENA,
@@ -33,9 +35,9 @@ from swarmvision.rendering.raycast import Raycaster
 
 FULL_WIDTH = 640  # px, of the paper's pictures
 DETECTORS = {
-    "aruco": ("DICT_4X4_50", 6, rivals.aruco),
-    "apriltag": ("DICT_APRILTAG_36h11", 8, rivals.apriltag),
-    "locus": ("DICT_APRILTAG_36h11", 8, rivals.locus),
+    "aruco": ("DICT_4X4_50", 6, detectors.aruco),
+    "apriltag": ("DICT_APRILTAG_36h11", 8, detectors.apriltag),
+    "locus": ("DICT_APRILTAG_36h11", 8, detectors.locus),
 }
 """OpenCV's name of the tags, their width in modules, and who finds them."""
 
@@ -58,7 +60,7 @@ def drawing(effort: Effort) -> dict[str, Figure]:
 
     def plain(*, shaded: bool) -> Callable[[], Call]:
         def build() -> Call:
-            renderer = rivals.PlainPyrender(lens, DRAWN, shaded=shaded)
+            renderer = renderers.PlainPyrender(lens, DRAWN, shaded=shaded)
             return lambda: renderer.render(scene, LENS_POSE, 0)
 
         return build
@@ -69,8 +71,8 @@ def drawing(effort: Effort) -> dict[str, Figure]:
         "render_and_spoil": _render(lens, scene, IMPERFECTIONS["pi-v1"]),
         "pyrender_flat": rivals.attempt("pyrender", plain(shaded=False)),
         "pyrender_shaded": rivals.attempt("pyrender", plain(shaded=True)),
-        "vizdoom": rivals.attempt("vizdoom", lambda: rivals.vizdoom(closers)),
-        "pybullet": rivals.attempt("pybullet", lambda: rivals.pybullet(scene, closers)),
+        "vizdoom": rivals.attempt("vizdoom", lambda: renderers.vizdoom(closers)),
+        "pybullet": rivals.attempt("pybullet", lambda: renderers.pybullet(scene, closers)),
         "copy": _copy(lens),
     }
     try:
@@ -99,8 +101,8 @@ def reading(effort: Effort) -> dict[str, Figure]:
     }
     for name, (family, modules, detector) in DETECTORS.items():
         tagged = _tagged(lens, scene, family, modules)
-        calls[name] = rivals.attempt(name, rivals.finding_all(detector, tagged, READ))
-    calls["aruco_on_markers"] = rivals.attempt("aruco", lambda: rivals.aruco(picture))
+        calls[name] = rivals.attempt(name, detectors.finding_all(detector, tagged, READ))
+    calls["aruco_on_markers"] = rivals.attempt("aruco", lambda: detectors.aruco(picture))
     return medians(calls, 2.0 * effort.seconds)
 
 
@@ -137,14 +139,14 @@ def _tagged(lens: Lens, scene: Scene, family: str, modules: int) -> Image | Abse
     """Return a spoiled picture with tags in the markers' places, by a camera at rest."""
     if not hasattr(cv2, "aruco"):
         return Absent("this OpenCV has no ArUco to draw tags with")
-    image = with_tags(drawn(lens, in_view(0)), scene, rivals.tags(family, modules, READ))
+    image = with_tags(drawn(lens, in_view(0)), scene, detectors.tags(family, modules, READ))
     Imperfections(IMPERFECTIONS["pi-v1"], lens).spoil(image, 1, 0.0)
     return image
 
 
 def _costs(lens: Lens, scene: Scene, neighbours: int, seconds: float) -> dict[str, Figure]:
     def pyrender() -> Call:
-        renderer = rivals.PlainPyrender(lens, neighbours)
+        renderer = renderers.PlainPyrender(lens, neighbours)
         return lambda: renderer.render(scene, LENS_POSE, 0)
 
     picture = spoiled(lens, scene)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from swarmvision.benchmark import pictures, process, swarms
+from swarmvision.benchmark import many_worlds, pictures, process, swarms
 from swarmvision.benchmark.stage import READ
 from swarmvision.benchmark.timing import Absent, Effort, Figure, difference, ratio
 
@@ -102,7 +102,7 @@ def swarming(effort: Effort) -> dict[str, Figure]:
         )
         for name in ("truth", "error_model")
     }
-    return {**steps, "realtime_100_robots": swarms.real_time(effort), **swarms.worlds(effort)}
+    return {**steps, "realtime_100_robots": swarms.real_time(effort), **many_worlds.figures(effort)}
 
 
 def plotted(rows: Mapping[int, Mapping[str, Figure]]) -> dict[str, Any]:

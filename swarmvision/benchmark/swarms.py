@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 
 from swarmvision.benchmark import rivals
+from swarmvision.benchmark.rival_renderers import PlainPyrender
 from swarmvision.benchmark.stage import LENS, MARKER, RATE, one_camera, swarm
 from swarmvision.benchmark.timing import CPU, LEAST, WALL, Absent, Call, Effort, Figure, duration, medians
 from swarmvision.camera import Rig
@@ -26,10 +27,11 @@ from swarmvision.simulation import Simulation
 
 CHAIN_ROBOTS = 32  # of the swarm whose pictures are counted
 SEED = 1
+NEAREST_TOLD = 6  # neighbours that sensors without pictures tell of
 SENSORS: dict[str, dict[str, Any]] = {
     "camera": one_camera(),
-    "truth": {"kind": "truth"},
-    "error_model": {"kind": "error_model"},
+    "truth": {"kind": "truth", "neighbours": NEAREST_TOLD},
+    "error_model": {"kind": "error_model", "neighbours": NEAREST_TOLD, "rate_hz": RATE},
 }
 
 
@@ -115,13 +117,6 @@ def by_workers(ms: Mapping[str, Figure]) -> dict[int, dict[str, Figure]]:
     }
 
 
-def worlds(effort: Effort) -> dict[str, Figure]:
-    """Return robot-steps a second of many worlds of eight robots that are stepped at once."""
-    return {
-        "worlds_robot_steps_per_second_core": Absent(f"{effort.worlds} worlds: not built in this version")
-    }
-
-
 def per_robot(robots: int, sensor: dict[str, Any], seconds: float) -> Figure:
     """Return what one robot costs one step (ms) in a simulation of so many, or why there is none."""
     try:
@@ -150,7 +145,7 @@ def _watcher(scenario: ScenarioConfig, film: _Film, workers: int) -> _Watcher:
 def _naive(film: _Film) -> Call:
     """Return one robot's picture drawn plainly by pyrender and read by the paper's method."""
     rig = Rig.from_config(LENSES["pi-v1"], RIGS["single"])
-    renderer = rivals.PlainPyrender(LENS, CHAIN_ROBOTS - 1)
+    renderer = PlainPyrender(LENS, CHAIN_ROBOTS - 1)
     reader, turn = Reader(LENS, MARKER, "moments"), [0]
     cv2.setNumThreads(1)
 
