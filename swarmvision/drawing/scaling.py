@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from swarmvision.errors import OutputError
 
@@ -67,7 +67,9 @@ def _panel(axes: Axes, curve: Mapping[str, Any]) -> None:
         ideal = curve["lines"]["loop"][0] / places
         axes.plot(places, ideal, "--", color="#8a8f94", label="a fair share each")
     axes.set_xticks(places, [f"{x:,d}" for x in curve["x"]])
-    axes.minorticks_off()
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
