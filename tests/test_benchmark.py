@@ -31,6 +31,9 @@ from swarmvision.benchmark.swarms import SENSORS
 from swarmvision.benchmark.table import table_text
 from swarmvision.benchmark.timing import Absent, Call, difference, duration, medians, ratio
 
+# A fresh machine compiles every kernel in the quick run.
+pytestmark = pytest.mark.timeout(900)
+
 PROMISED = {
     "pyrender_flat_over_raycast",
     "aruco_over_perceive",

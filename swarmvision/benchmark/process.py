@@ -75,10 +75,11 @@ def first_picture(*, fresh: bool) -> Figure:
 
 
 def machine() -> dict[str, object]:
-    """Return processor, cores and versions: what a figure depends on, and nothing that names the machine."""
+    """Return processor, cores, load in the last minute and versions, and nothing that names the machine."""
     return {
         "processor": _processor(),
         "cores": len(os.sched_getaffinity(0)),
+        "load_per_core": round(os.getloadavg()[0] / (os.cpu_count() or 1), 1),
         "system": platform.system(),
         "python": platform.python_version(),
         **{package: version(package) for package in PACKAGES},

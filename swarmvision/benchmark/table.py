@@ -57,7 +57,8 @@ def table_text(report: Mapping[str, Any]) -> str:
     lines += ["", "| figure | |", "| --- | ---: |"]
     lines += [f"| {text.format(**words)} | {_number(report[name])} |" for text, name in NUMBERS]
     machine = report["machine"]
-    lines += ["", f"{machine['processor']}, {machine['cores']} cores. " + _versions(machine)]
+    where = f"{machine['processor']}, {machine['cores']} cores, load {machine['load_per_core']} a core"
+    lines += ["", f"{where} (this run alone is about 1 in all). {_versions(machine)}"]
     lines += [f"Absent: {reason}." for reason in dict.fromkeys(report["reasons"].values())]
     return "\n".join(lines) + "\n"
 
@@ -69,5 +70,9 @@ def _number(value: float | None) -> str:
 
 
 def _versions(machine: Mapping[str, Any]) -> str:
-    told = {name: value for name, value in machine.items() if name not in ("processor", "cores", "system")}
+    told = {
+        name: value
+        for name, value in machine.items()
+        if name not in ("processor", "cores", "load_per_core", "system")
+    }
     return ", ".join(f"{name} {value}" for name, value in told.items() if value is not None) + "."
