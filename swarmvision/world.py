@@ -1,10 +1,11 @@
 """Scene, commands and a period in, scene out; with :mod:`swarmvision.bodies` the only importer of pymunk.
 
-A top-down world without gravity. A robot is a box on two tracks. In every physics substep the
-tracks pull the body towards the speed at which they run, with no more force than Coulomb friction
-under the robot's weight allows, and resist sideways sliding alike; contacts may therefore stall,
-push or turn a robot. Pushable objects rub on the floor. Both are forces set before the substep, for all
-bodies at once, which pymunk turns into the same change of velocity.
+A top-down world without gravity. A robot is a box on two tracks. In every physics substep the tracks pull
+the body towards the speed at which they run, with no more force than Coulomb friction under the robot's
+weight allows, and resist sideways sliding alike; contacts may therefore stall, push or turn a robot. These
+are forces set before the substep, for all robots at once, which pymunk turns into the same change of
+velocity. Pushable objects rub on the floor: pushed with less than Coulomb friction they stay, which needs a
+joint that is solved together with the contacts.
 
 Where we differ from a real skid-steered robot: the slip of a turn is one constant factor (see
 :mod:`swarmvision.drive`), and the floor's friction on a spinning object acts at its mean radius.
@@ -58,16 +59,16 @@ class World:
         objects = [
             self._add_object(thing, arena, *row) for thing, row in zip(arena.objects, things, strict=True)
         ]
-        bodies = robots + objects + self._add_walls(arena)
+        walls = self._add_walls(arena)
+        for thing, body in zip(arena.objects, objects, strict=True):
+            if thing.mass is not None:
+                self._rub(body, walls[0], thing_grip(thing, body.moment, arena.floor_friction))
+        bodies = robots + objects + walls
         self._bodies = bodies_of(self._space, bodies)
         grips = [robot_grip(robot, body.moment) for body in robots]
-        grips += [
-            thing_grip(thing, body.moment, arena.floor_friction)
-            for thing, body in zip(arena.objects, objects, strict=True)
-        ]
-        grips += [NO_GRIP] * (len(bodies) - len(grips))  # the walls'
+        grips += [NO_GRIP] * (len(bodies) - len(grips))
         self._grips = np.array(grips).reshape(-1, 4)
-        self._twist = np.zeros((len(bodies), 2))  # what is no robot is pulled towards rest
+        self._twist = np.zeros((len(bodies), 2))
         self._touching: set[tuple[int, int]] = set()
 
     @property
@@ -158,6 +159,18 @@ class World:
         _place(body, pose, velocity)
         self._add(body, shape, arena.wall_friction)
         return body
+
+    def _rub(self, body: pymunk.Body, floor: pymunk.Body, grip: tuple[float, float, float, float]) -> None:
+        """Let a thing rub on the floor, with a grip as from :func:`swarmvision.ground.grip`.
+
+        Joints to the floor that never pull back, solved together with the contacts: what is pushed with less
+        force stays where it is.
+        """
+        mass, moment, slide_grip, spin_grip = grip
+        slide, spin = pymunk.PivotJoint(floor, body, (0, 0), (0, 0)), pymunk.GearJoint(floor, body, 0.0, 1.0)
+        for joint, most in ((slide, mass * slide_grip), (spin, moment * spin_grip)):
+            joint.max_bias, joint.max_force = 0.0, most
+        self._space.add(slide, spin)
 
     def _add(self, body: pymunk.Body, shape: pymunk.Shape, friction: float) -> None:
         # Chipmunk multiplies the two frictions; the square root makes equal pairs mean themselves.

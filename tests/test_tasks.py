@@ -92,5 +92,6 @@ def pushed(robots: int, seconds: float) -> float:
     return float(np.hypot(*(places[-1] - places[0])[:2]))
 
 
-def test_six_robots_carry_a_box_a_metre() -> None:
+def test_six_robots_carry_a_box_a_metre_that_one_cannot_move() -> None:
     assert pushed(6, 60.0) >= 1.0
+    assert pushed(1, 30.0) < 0.001
