@@ -325,6 +325,8 @@ def _print_summary(summary: dict[str, Any]) -> None:
     ):
         value = summary[key]
         typer.echo(f"{key:16s} {value:.4g}" if isinstance(value, float) else f"{key:16s} {value}")
+    for key, value in summary["outcome"].items():
+        typer.echo(f"{key:27s} {value:.4g}" if isinstance(value, float) else f"{key:27s} {value}")
     if not summary["perception"] or not summary["perception"][-1]["neighbours"]:
         return
     typer.echo("\nperceived against true: absolute errors, median / 95th percentile")

@@ -20,6 +20,7 @@ from swarmvision.controllers import Controller, Memory, controller
 from swarmvision.data import Commands, Estimates, Picture, Scene, Senses
 from swarmvision.geometry import FloatArray
 from swarmvision.metrics import SETTLED, Ledger
+from swarmvision.outcome import cluster_link, outcome
 from swarmvision.placement import starting_scene
 from swarmvision.randomness import Subsystem, hashed, stream
 from swarmvision.sensing import Sensor
@@ -27,9 +28,6 @@ from swarmvision.sensing.body import Body
 from swarmvision.sensing.registry import newest_age, sensor_of
 from swarmvision.sensing.silhouette import Silhouettes
 from swarmvision.world import World
-
-FLOCK_LINK = 0.5  # m; two robots nearer than this belong to one flock
-AGGREGATE_LINK = 1.5  # body diagonals; two robots nearer than this touch or nearly so
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -195,6 +193,7 @@ def run(
         "seconds": simulation.scene.time,
         "sensor": scenario.sensor.kind,
         "controller": scenario.controller.law,
+        "outcome": outcome(scenario, ledger.scenes),
         "order": float(np.mean(ordered[settled])),
         "largest_cluster": float(np.mean(largest[settled])),
         "order_final": float(ordered[-1]),
@@ -208,13 +207,6 @@ def run(
         **ledger.perception(),
     }
     return RunResult(ledger.time, ledger.pose, ordered, largest, summary)
-
-
-def cluster_link(scenario: ScenarioConfig) -> float:
-    """Return the distance (m) below which two robots of a scenario belong to one cluster."""
-    if scenario.measure == "flocking":
-        return FLOCK_LINK
-    return AGGREGATE_LINK * float(np.hypot(scenario.robot.length, scenario.robot.width))
 
 
 @dataclass(slots=True)

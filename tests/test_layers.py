@@ -16,7 +16,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("data", "config"),
     ("marker", "camera", "drive", "ground", "bodies"),
     ("world", "contacts", "placement", "rendering", "perception", "controllers", "metrics", "pictures"),
-    ("sensing",),
+    ("sensing", "outcome"),
     ("simulation", "worlds", "recording", "drawing"),
     ("envs", "experiments"),
     ("showcase", "doctor", "calibration"),

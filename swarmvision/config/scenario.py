@@ -99,8 +99,11 @@ class ScenarioConfig(Settings):
     physics_substeps: Annotated[int, Field(ge=1, le=1000)] = 12
     """Physics steps in one control step."""
 
-    measure: Literal["flocking", "aggregation"] = "flocking"
-    """Which distance links two robots into a cluster: flocking 0.5 m, aggregation 1.5 body diagonals."""
+    measure: Literal["flocking", "aggregation", "milling", "lattice", "chain", "herding", "transport"] = (
+        "flocking"
+    )
+    """What the outcome tells; flocking links robots within 0.5 m into a cluster, all else within 1.5 body
+    diagonals."""
 
     arena: ArenaConfig = ARENAS["open"]
     """A preset's name (open, paper) or its settings."""
