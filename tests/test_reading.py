@@ -111,6 +111,21 @@ def test_a_pole_without_a_pattern_works_from_its_description_alone() -> None:
     assert np.isnan(estimates.heading[0])
 
 
+@pytest.mark.parametrize(("method", "within"), [("edges", 0.016), ("fit", 0.002)])
+def test_a_pole_is_found_where_nothing_is_white(method: str, within: float) -> None:
+    # The picture's brightest is a wooden wall; taken for white, it would turn the red band grey. Red before
+    # brown is a faint edge: within half of the pole's half width is what edges can tell.
+    pole = RobotConfig.model_validate({"marker": {"name": "pole", "radius": 0.026, "base": 0.05, "bands": [
+        {"colour": colour, "height": 0.05} for colour in ("red", "blue", "yellow")]}})  # fmt: skip
+    render = Raycaster(LENS, pole, ARENA).render
+    image, bare = render(Scene.at_rest([[0.8, 0.1, 1.0]]), EYE), render(Scene.at_rest([]), EYE)
+    image[(image == bare).all(axis=-1)] = (150, 84, 46)
+    add_noise(image, 2.0, 3)
+    estimates = Reader(LENS, Marker.from_config(pole.marker), method).read(image)
+    np.testing.assert_allclose(estimates.range, [np.hypot(0.8, 0.1)], rtol=0.02)
+    np.testing.assert_allclose(estimates.bearing, [np.arctan2(0.1, 0.8)], atol=within)
+
+
 def test_coloured_clutter_is_no_neighbour() -> None:
     image = picture()
     image[100:140, 100:160] = (190, 38, 42)  # red over blue with nothing marker-like between

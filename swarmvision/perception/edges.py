@@ -79,6 +79,7 @@ HIDDEN = 4.0  # times as much where one tangent is hidden
 CLEAR, CLEARER = 0.25, 0.5  # how clearly the pattern must be there; the latter where one band must do,
 WELL_SEEN = 0.6  # or less of the width is seen
 SLIVER = 0.15  # visible fraction below which nothing is told
+TINTED = 0.8  # weakest channel of a picture's white over its strongest, below which that may be no white
 BESIDE = 4.0  # px: an end as near to a nearer marker's side is hidden by it
 
 
@@ -167,7 +168,24 @@ def read_edges_into(image: NDArray[np.uint8], task: Task, scratch: Scratch, out:
             visible fraction, drop, left and right side (px), which ends stand at a nearer marker.
     """
     sample_white(image, task.decode, scratch.white, scratch.samples, scratch.counts)
-    weigh_codes(task.decode, scratch.white, scratch.light, scratch.address)
+    found = _read_under(scratch.white, image, task, scratch, out)
+    red, green, blue = scratch.white
+    brightest = max(red, green, blue)
+    if min(red, green, blue) < TINTED * brightest:
+        # Where nothing white is in sight, as over a wooden floor, the camera's own white may be right.
+        scratch.white[:] = brightest
+        found += _read_under(scratch.white, image, task, scratch, out[found:])
+        scratch.white[0], scratch.white[1], scratch.white[2] = red, green, blue
+        weigh_codes(task.decode, scratch.white, scratch.light, scratch.address)
+    return _distinct(out, found, task.heights[RADIUS])
+
+
+@compiled
+def _read_under(
+    white: FloatArray, image: NDArray[np.uint8], task: Task, scratch: Scratch, out: FloatArray
+) -> int:
+    """Write the markers that are found under a white ``(3,)``; return how many."""
+    weigh_codes(task.decode, white, scratch.light, scratch.address)
     pieces = find(image, scratch.address, task.look, scratch.look)
     if pieces == 0:
         return 0
@@ -189,7 +207,7 @@ def read_edges_into(image: NDArray[np.uint8], task: Task, scratch: Scratch, out:
             found += 1
         elif split > 0.0 and left + 2 <= len(waiting):
             left = _halve(waiting, left, split, scratch)
-    return _distinct(out, found, task.heights[RADIUS])
+    return found
 
 
 @compiled
