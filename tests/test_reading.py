@@ -114,7 +114,7 @@ def test_a_pole_without_a_pattern_works_from_its_description_alone() -> None:
 @pytest.mark.parametrize(("method", "within"), [("edges", 0.016), ("fit", 0.004)])
 def test_a_pole_is_found_where_nothing_is_white(method: str, within: float) -> None:
     # The picture's brightest is a wooden wall; taken for white, it would turn the red band grey. Red before
-    # brown is a faint edge: within half of the pole's half width is what edges can tell, an eighth what fit can.
+    # brown is a faint edge: edges tell it within half of the pole's half width, fit within an eighth.
     pole = RobotConfig.model_validate({"marker": {"name": "pole", "radius": 0.026, "base": 0.05, "bands": [
         {"colour": colour, "height": 0.05} for colour in ("red", "blue", "yellow")]}})  # fmt: skip
     render = Raycaster(LENS, pole, ARENA).render
