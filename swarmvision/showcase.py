@@ -120,7 +120,9 @@ class _Painter:
     def __init__(self, scenario: ScenarioConfig) -> None:
         self._scenario = scenario
         self._marker = Marker.from_config(scenario.robot.marker)
-        self._view = TopView(scenario.arena, scenario.robot, TOP, HEIGHT - STRIP)
+        self._view = TopView(
+            scenario.arena, scenario.robot, TOP, HEIGHT - STRIP, scenario.goal, scenario.team_sizes
+        )
         self._trail: deque[FloatArray] = deque(maxlen=TRAIL)
         self._rig = None
         if isinstance(scenario.sensor, CameraSensorConfig):
@@ -146,8 +148,9 @@ class _Painter:
                     frame.pictures, frame.scene.robots, self._rig, self._marker, SHEET, HEIGHT - STRIP
                 )
             image[STRIP:, TOP:] = self._sheet
-        aligned = float(order(frame.scene.pose[:, 2]))
-        caption = f"{self._scenario.name}   t = {frame.time:5.1f} s   order {aligned:.2f}"
+        caption = f"{self._scenario.name}   t = {frame.time:5.1f} s"
+        if self._scenario.measure == "flocking":
+            caption += f"   order {float(order(frame.scene.pose[:, 2])):.2f}"
         cv2.putText(image, caption, (12, 27), cv2.FONT_HERSHEY_SIMPLEX, 0.62, (40, 40, 44), 1, cv2.LINE_AA)
         if self._rig is not None:
             note = "what each robot's own cameras see, left to right, and what is read from it"
