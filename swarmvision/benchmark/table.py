@@ -42,7 +42,7 @@ NUMBERS = (
     ("the same, `truth`", "truth_cost_per_robot_1000_over_10"),
     ("the same, `error_model`", "error_model_cost_per_robot_1000_over_10"),
     ("resident memory grown over {pictures} pictures (MB)", "memory_growth_mb"),
-    ("import and first picture (s)", "first_picture_s"),
+    ("a new process to its first picture (s)", "first_picture_s"),
     ("the same with everything to compile, once after installing (s)", "first_picture_after_install_s"),
 )
 
