@@ -88,10 +88,14 @@ def loop(ms: Mapping[str, Figure]) -> dict[str, Figure]:
 
 
 def growth(rows: Mapping[int, Mapping[str, Figure]]) -> dict[str, Figure]:
-    """Return by which factor a robot's cost grows from ``FEW`` robots to ``MANY`` of equal density."""
+    """Return by which factor a robot's cost grows from ``FEW`` robots to ``MANY``, and what is in view."""
     missing = {name: Absent(f"only a full run has swarms of {FEW} and {MANY}") for name in swarms.SENSORS}
     few, many = rows.get(FEW, missing), rows.get(MANY, missing)
-    return {f"{name}_cost_per_robot_1000_over_10": ratio(many[name], few[name]) for name in swarms.SENSORS}
+    return {
+        **{f"{name}_cost_per_robot_1000_over_10": ratio(many[name], few[name]) for name in swarms.SENSORS},
+        "neighbours_in_view_of_10_robots": swarms.neighbours_in_view(FEW),
+        "neighbours_in_view_of_1000_robots": swarms.neighbours_in_view(MANY),
+    }
 
 
 def swarming(effort: Effort) -> dict[str, Figure]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import cv2
+import numpy as np
 
 from swarmvision.benchmark import rivals
 from swarmvision.benchmark.rival_renderers import PlainPyrender
@@ -19,8 +20,10 @@ from swarmvision.camera import Rig
 from swarmvision.config.camera import LENSES, RIGS
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.data import Scene
-from swarmvision.geometry import compose
+from swarmvision.geometry import compose, inverse, polar
 from swarmvision.perception import Reader
+from swarmvision.placement import starting_scene
+from swarmvision.randomness import Subsystem, stream
 from swarmvision.sensing.camera import CameraSensor
 from swarmvision.simulation import Simulation
 
@@ -119,6 +122,15 @@ def by_workers(ms: Mapping[str, Figure]) -> dict[int, dict[str, Figure]]:
 def per_robot(robots: int, sensor: dict[str, Any], seconds: float) -> float:
     """Return what one robot costs one step (ms) in a simulation of so many."""
     return step_cost(swarm(robots, sensor), seconds, workers=1) / robots
+
+
+def neighbours_in_view(robots: int) -> float:
+    """Return how many markers stand in one camera's view on average, hidden or not, when so many begin."""
+    pose = starting_scene(swarm(robots, SENSORS["camera"]), stream(SEED, Subsystem.START)).pose
+    _, bearing, _ = polar(compose(inverse(pose)[:, None], pose[None]))
+    seen = np.abs(bearing) < LENS.fov / 2.0
+    np.fill_diagonal(seen, val=False)
+    return float(seen.sum() / robots)
 
 
 def step_cost(scenario: ScenarioConfig, seconds: float, workers: int) -> float:
