@@ -130,7 +130,7 @@ def test_errors_have_the_quantiles_of_their_bin_and_neighbours_are_found_as_ofte
         (estimates.heading[row, slot], 2, 1.0),
     ):
         for z in (-1.0, 0.0, 1.0):
-            below = np.mean(error < picked(table.fresh[bins][q], z) * unit)
+            below = np.mean(error < picked(table.fresh[bins][q], 0, z) * unit)
             level = {-1.0: 0.1587, 0.0: 0.5, 1.0: 0.8413}[z]
             assert below == pytest.approx(level, abs=4.0 * np.sqrt(level * (1 - level) / len(row)))
 

@@ -30,7 +30,7 @@ from swarmvision.data import BoolArray, Estimates, IntArray, Picture, Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.randomness import Subsystem, hashed
 from swarmvision.sensing.error_table import AGES, DEVIATES, RANGES, TURNS, VISIBLES, ErrorTable
-from swarmvision.sensing.sight import FEW, View, cells, look, wrapped
+from swarmvision.sensing.sight import FEW, View, cells, look, measure_pairs, wrapped
 
 Keys = NDArray[np.uint64]
 Slots = tuple[IntArray, FloatArray, IntArray, FloatArray, FloatArray, IntArray]
@@ -125,7 +125,8 @@ class ErrorModel:
         """
         keep, common = table.memory, table.common
         roots = (np.sqrt(1.0 - keep**2), np.sqrt(1.0 - common), np.sqrt(common))
-        self._tables = (*table.arrays(), *roots)
+        flat = (table.fresh.ravel(), table.aged.ravel(), table.ghost.ravel(), table.phantom_place.ravel())
+        self._tables = (*table.arrays(), *roots, *flat)
         self._view = view
         self._memory = memory
         self._normals = _normal_table()
@@ -272,29 +273,33 @@ def bin_of(edges: FloatArray, value: float) -> int:
 
 
 @compiled
-def picked(quantiles: FloatArray, deviate: float) -> float:
-    """Return the quantile ``(q,)`` at a normal deviate; beyond the last, the last."""
-    last = len(quantiles) - 1
+def picked(quantiles: FloatArray, first: int, deviate: float) -> float:
+    """Return the quantile at a normal deviate, of those from ``first`` on; beyond the last, the last."""
+    last = len(DEVIATES) - 1
     place = (deviate - DEVIATES[0]) / (DEVIATES[1] - DEVIATES[0])
     if place <= 0.0:
-        return float(quantiles[0])
+        return float(quantiles[first])
     if place >= last:
-        return float(quantiles[last])
+        return float(quantiles[first + last])
     n = int(place)
-    return float(quantiles[n] + (place - n) * (quantiles[n + 1] - quantiles[n]))
+    low, high = quantiles[first + n], quantiles[first + n + 1]
+    return float(low + (place - n) * (high - low))
 
 
 @compiled
 def drift(
-    deviate: FloatArray, kept: FloatArray, new: FloatArray, bits: np.uint64, normals: FloatArray, keep: bool
+    deviates: FloatArray,
+    row: int,
+    kept: FloatArray,
+    new: FloatArray,
+    bits: np.uint64,
+    normals: FloatArray,
+    keep: bool,
 ) -> None:
     """Let three deviates go on by one picture, or begin; ``bits`` gives 12 to each."""
     for n in range(3):
         fresh = normals[int((bits >> np.uint64(12 * n)) & np.uint64(NORMALS - 1))]
-        if keep:
-            deviate[n] = kept[n] * deviate[n] + new[n] * fresh
-        else:
-            deviate[n] = fresh
+        deviates[row, n] = kept[n] * deviates[row, n] + new[n] * fresh if keep else fresh
 
 
 @compiled
@@ -305,47 +310,46 @@ def share(bits: np.uint64) -> float:
 
 @compiled
 def erred(
-    truth: FloatArray,
+    gap: float,
+    bearing: float,
+    heading: float,
     quantiles: FloatArray,
-    deviate: FloatArray,
+    first: int,
+    deviates: FloatArray,
+    row: int,
     common: FloatArray,
-    own: FloatArray,
-    shared: FloatArray,
+    me: int,
+    weights: tuple[FloatArray, FloatArray],
     along: float,
     across: float,
-    sign: float,
-    out: FloatArray,
+    told: FloatArray,
 ) -> None:
-    """Fill in range, bearing and heading ``(3,)`` with their errors.
+    """Fill in range, bearing and heading with their errors.
 
     Args:
-        truth: Range, bearing, heading.
-        quantiles: Of the errors, shape ``(3, q)``.
-        deviate: Of the neighbour.
-        common: Of the observer.
-        own: Weight of the neighbour's deviates.
-        shared: Weight of the observer's.
-        along: Unit of the errors of range.
-        across: Unit of the errors of bearing.
-        sign: Of the observer's turn.
-        out: Out.
+        gap: True range (m).
+        bearing: True (rad).
+        heading: True (rad).
+        quantiles: Of the errors, those of one bin ``(3, q)`` from ``first`` on.
+        first: Where they begin.
+        deviates: Of the neighbours, in this ``row``.
+        row: Of the neighbour, here and in ``told``.
+        common: Deviates of the observers.
+        me: The observer.
+        weights: Of the neighbour's own deviates and of the common ones.
+        along: Unit of the error of range.
+        across: Unit of the error of bearing; its sign is that of the observer's turn.
+        told: Out, in this ``row``.
     """
-    for n in range(3):
-        z = own[n] * deviate[n] + shared[n] * common[n]
-        error = picked(quantiles[n], z)
-        if n == 0:
-            out[0] = max(truth[0] + along * error, NEAREST)
-        else:
-            out[n] = wrapped(truth[n] + sign * error * (across if n == 1 else 1.0))
-
-
-@compiled
-def relative(pose: FloatArray, place: FloatArray, out: FloatArray) -> None:
-    """Fill in range, bearing and heading of a place ``(3,)`` from a pose ``(3,)``."""
-    dx, dy = place[0] - pose[0], place[1] - pose[1]
-    out[0] = np.sqrt(dx * dx + dy * dy)
-    out[1] = wrapped(np.arctan2(dy, dx) - pose[2])
-    out[2] = wrapped(place[2] - pose[2])
+    own, shared = weights
+    steps = len(DEVIATES)
+    z = own[0] * deviates[row, 0] + shared[0] * common[me, 0]
+    told[row, 0] = max(gap + along * picked(quantiles, first, z), NEAREST)
+    z = own[1] * deviates[row, 1] + shared[1] * common[me, 1]
+    told[row, 1] = wrapped(bearing + across * picked(quantiles, first + steps, z))
+    z = own[2] * deviates[row, 2] + shared[2] * common[me, 2]
+    sign = 1.0 if across >= 0.0 else -1.0
+    told[row, 2] = wrapped(heading + sign * picked(quantiles, first + 2 * steps, z))
 
 
 @compiled
@@ -370,10 +374,11 @@ def _measure(
     taken: IntArray,
 ) -> int:
     """Decide who is measured in a picture, fill in their slots, and return how many."""
-    again, anew, fresh, fresh_std, split = tables[0], tables[1], tables[2], tables[3], tables[6]
+    again, anew, fresh_std, split = tables[0], tables[1], tables[3], tables[6]
     who, age, state, visible, deviate, number = after
+    weights = (tables[14], tables[15])
     t, sign = bin_of(TURNS, abs(turn_rate)), 1.0 if turn_rate >= 0.0 else -1.0
-    count, z = 0, np.empty(3)
+    count = 0
     for c in range(found):
         j = other[c]
         d, v = bin_of(RANGES, sight[c, 0]), bin_of(VISIBLES, sight[c, 3])
@@ -383,15 +388,31 @@ def _measure(
         if count == len(who) or share(bits) >= (again[d, t, v] if kept else anew[d, t, v]):
             continue
         if old >= 0:
-            z[:] = mine[4][old]
-        drift(z, tables[11], tables[13], bits, normals, old >= 0)
-        square = sight[c, 0] * sight[c, 0]
-        erred(sight[c, :3], fresh[d, t, v], z, common, tables[14], tables[15], square, 1.0, sign, told[count])
+            for n in range(3):
+                deviate[count, n] = mine[4][old, n]
+        drift(deviate, count, tables[11], tables[13], bits, normals, old >= 0)
+        first = ((d * again.shape[1] + t) * again.shape[2] + v) * 3 * len(DEVIATES)
+        gap = sight[c, 0]
+        erred(
+            gap,
+            sight[c, 1],
+            sight[c, 2],
+            tables[16],
+            first,
+            deviate,
+            count,
+            common,
+            me,
+            weights,
+            gap * gap,
+            sign,
+            told,
+        )
         if told[count, 0] > reach:
             continue
         who[count], age[count], state[count], visible[count] = j, 0.0, MEASURED, sight[c, 3]
-        deviate[count] = z
-        std[count] = fresh_std[d, t, v]
+        for n in range(3):
+            std[count, n] = fresh_std[d, t, v, n]
         if old >= 0:
             taken[old] = 2 if share(mixed(bits)) < split[t] else 1
         if old >= 0 and taken[old] == 1:
@@ -423,33 +444,53 @@ def _remember(
     taken: IntArray,
 ) -> int:
     """Carry on what was not measured, from slot ``count``; return how many slots are full then."""
+    who, age, state, visible, deviate, number = after
+    weights = (tables[14], tables[15])
     t, sign = bin_of(TURNS, abs(turn_rate)), 1.0 if turn_rate >= 0.0 else -1.0
-    truth = np.empty(3)
+    turns, steps = tables[4].shape[1], 3 * len(DEVIATES)
     for n in range(len(mine[0])):
         older = mine[1][n] + passed
-        if mine[0][n] == NOBODY or taken[n] == 1 or older > memory + 1e-9 or count == len(mine[0]):
+        if mine[0][n] == NOBODY or taken[n] == 1 or older > memory + 1e-9 or count == len(who):
             continue
-        state = mine[2][n]
-        if exposed and state == GHOST:
-            bits = chance(key, picture, GHOSTLY + mine[5][n])
-            if share(bits) >= tables[8][0]:
-                continue
+        now = mine[2][n]
+        if exposed and now == GHOST and share(chance(key, picture, GHOSTLY + mine[5][n])) >= tables[8][0]:
+            continue
         if taken[n] == 2:
-            state = GHOST
-        elif exposed and state == MEASURED:
-            state = REMEMBERED
-        after[0][count], after[1][count], after[2][count] = mine[0][n], older, state
-        after[3][count], after[4][count], after[5][count] = mine[3][n], mine[4][n], mine[5][n]
+            now = GHOST
+        elif exposed and now == MEASURED:
+            now = REMEMBERED
+        who[count], age[count], state[count] = mine[0][n], older, now
+        visible[count], number[count] = mine[3][n], mine[5][n]
         a = bin_of(AGES, older)
-        std[count] = tables[5][a, t]
-        if mine[0][n] == PHANTOM:
-            relative(pose[me], mine[4][n], told[count])
+        for c in range(3):
+            deviate[count, c], std[count, c] = mine[4][n, c], tables[5][a, t, c]
+        phantom = who[count] == PHANTOM
+        x = deviate[count, 0] if phantom else pose[who[count], 0]
+        y = deviate[count, 1] if phantom else pose[who[count], 1]
+        yaw = deviate[count, 2] if phantom else pose[who[count], 2]
+        dx, dy = x - pose[me, 0], y - pose[me, 1]
+        gap = max(np.sqrt(dx * dx + dy * dy), NEAREST)
+        bearing, heading = wrapped(np.arctan2(dy, dx) - pose[me, 2]), wrapped(yaw - pose[me, 2])
+        if phantom:
+            told[count, 0], told[count, 1], told[count, 2] = gap, bearing, heading
         else:
-            relative(pose[me], pose[mine[0][n]], truth)
-            quantiles = tables[7][a] if state == GHOST else tables[4][a, t]
-            across = 1.0 / max(truth[0], NEAREST)
+            quantiles, first = tables[17], (a * turns + t) * steps
+            if now == GHOST:
+                quantiles, first = tables[18], a * steps
             erred(
-                truth, quantiles, mine[4][n], common, tables[14], tables[15], 1.0, across, sign, told[count]
+                gap,
+                bearing,
+                heading,
+                quantiles,
+                first,
+                deviate,
+                count,
+                common,
+                me,
+                weights,
+                1.0,
+                sign / gap,
+                told,
             )
         count += 1
     return count
@@ -475,21 +516,23 @@ def _imagine(
     bits = chance(key, picture, PHANTOM)
     if count == len(told) or share(bits) >= tables[9][0]:
         return count
-    z, sign = np.empty(3), 1.0 if turn_rate >= 0.0 else -1.0
-    drift(z, tables[11], tables[13], bits, normals, False)
-    told[count, 0], told[count, 1] = picked(tables[10][0], z[0]), sign * picked(tables[10][1], z[1])
+    sign = 1.0 if turn_rate >= 0.0 else -1.0
+    drift(after[4], count, tables[11], tables[13], bits, normals, False)
+    told[count, 0] = picked(tables[19], 0, after[4][count, 0])
+    told[count, 1] = sign * picked(tables[19], len(DEVIATES), after[4][count, 1])
     told[count, 2] = sign * wrapped(2.0 * np.pi * share(mixed(bits)))
     if told[count, 0] > reach:
         return count
-    direction = pose[2] + told[count, 1]
+    direction = pose[me, 2] + told[count, 1]
     after[5][count] = following[me]
     following[me] += 1
     after[0][count], after[1][count], after[2][count] = PHANTOM, 0.0, REMEMBERED
     after[3][count] = 0.5
-    after[4][count, 0] = pose[0] + told[count, 0] * np.cos(direction)
-    after[4][count, 1] = pose[1] + told[count, 0] * np.sin(direction)
-    after[4][count, 2] = pose[2] + told[count, 2]
-    std[count] = tables[5][0, 0]
+    after[4][count, 0] = pose[me, 0] + told[count, 0] * np.cos(direction)
+    after[4][count, 1] = pose[me, 1] + told[count, 0] * np.sin(direction)
+    after[4][count, 2] = pose[me, 2] + told[count, 2]
+    for c in range(3):
+        std[count, c] = tables[5][0, 0, c]
     return count + 1
 
 
@@ -510,7 +553,10 @@ def _believe_all(
     reach, half_fov, radius, occlusion, ahead, things, span = view
     common, following, picture, keys = minds
     worlds, r, k = memory[0].shape
-    index, scratch = np.empty((2, r), np.int64), np.empty((4, r))
+    candidates, order = np.empty(r, np.int64), np.empty(r, np.int64)
+    distance, nearer = np.empty(r), np.empty((3, r))
+    few = r if r <= FEW else 0
+    gaps, angles = np.empty((few, few)), np.zeros((few, few))
     most = min(r, CANDIDATES * k)
     other, sight, slot_of = np.empty(most, np.int64), np.empty((most, 4)), np.full(r, -1)
     after = (
@@ -525,6 +571,9 @@ def _believe_all(
     for w in range(worlds):
         if w == 0 or r > FEW:
             grid, begin, robots = cells(pose[w], reach * MARGIN)
+        here, there, shared, numbers = pose[w], objects[w], common[w], following[w]
+        if few and exposed[w]:
+            measure_pairs(here, gaps, angles)
         for i in range(r):
             mine = (
                 memory[0][w, i],
@@ -539,8 +588,8 @@ def _believe_all(
             taken[:] = 0
             if exposed[w]:
                 found = look(
-                    pose[w],
-                    objects[w],
+                    here,
+                    there,
                     i,
                     reach * MARGIN,
                     half_fov,
@@ -552,16 +601,21 @@ def _believe_all(
                     grid,
                     begin,
                     robots,
+                    gaps,
+                    angles,
                     other,
                     sight,
-                    index,
-                    scratch,
+                    candidates,
+                    order,
+                    distance,
+                    nearer,
                 )
                 for n in range(k):
                     if mine[0][n] >= 0 and mine[2][n] != GHOST:
                         slot_of[mine[0][n]] = n
                 drift(
-                    common[w, i],
+                    shared,
+                    i,
                     tables[11],
                     tables[13],
                     chance(key, picture[w], NOBODY),
@@ -581,8 +635,8 @@ def _believe_all(
                     tables,
                     normals,
                     mine,
-                    common[w, i],
-                    following[w],
+                    shared,
+                    numbers,
                     after,
                     told,
                     std,
@@ -592,7 +646,7 @@ def _believe_all(
                     if mine[0][n] >= 0:
                         slot_of[mine[0][n]] = -1
             count = _remember(
-                pose[w],
+                here,
                 i,
                 key,
                 picture[w],
@@ -603,7 +657,7 @@ def _believe_all(
                 count,
                 tables,
                 mine,
-                common[w, i],
+                shared,
                 after,
                 told,
                 std,
@@ -611,13 +665,13 @@ def _believe_all(
             )
             if exposed[w]:
                 count = _imagine(
-                    pose[w, i],
+                    here,
                     i,
                     key,
                     picture[w],
                     turn,
                     reach,
-                    following[w],
+                    numbers,
                     count,
                     tables,
                     normals,

@@ -133,6 +133,35 @@ def cells(pose: FloatArray, reach: float) -> tuple[FloatArray, IntArray, IntArra
 
 
 @compiled
+def measure_pairs(pose: FloatArray, gaps: FloatArray, angles: FloatArray) -> None:
+    """Fill in the distance (m) and direction in the world (rad) from each robot to each, ``(r, r)``."""
+    for i in range(len(pose)):
+        gaps[i, i] = np.inf
+        for j in range(i):
+            dx, dy = pose[j, 0] - pose[i, 0], pose[j, 1] - pose[i, 1]
+            gaps[i, j] = gaps[j, i] = np.sqrt(dx * dx + dy * dy)
+            angles[i, j] = np.arctan2(dy, dx)
+            angles[j, i] = angles[i, j] + np.pi if angles[i, j] <= 0.0 else angles[i, j] - np.pi
+
+
+@compiled
+def nearest_of_few(me: int, reach: float, gaps: FloatArray, who: IntArray, distance: FloatArray) -> int:
+    """Fill in who is within reach of a robot and how far, nearest first; return how many."""
+    count = 0
+    for other in range(len(gaps)):
+        gap = gaps[me, other]
+        if gap > reach:
+            continue
+        m = count
+        while m > 0 and distance[m - 1] > gap:
+            distance[m], who[m] = distance[m - 1], who[m - 1]
+            m -= 1
+        distance[m], who[m] = gap, other
+        count += 1
+    return count
+
+
+@compiled
 def near(
     pose: FloatArray,
     me: int,
@@ -175,17 +204,6 @@ def sink(heap: IntArray, distance: FloatArray, who: IntArray, root: int, count: 
             return
         heap[root], heap[child] = heap[child], heap[root]
         root = child
-
-
-@compiled
-def insert(order: IntArray, distance: FloatArray, who: IntArray, count: int) -> None:
-    """Sort a few candidates, nearest first."""
-    for n in range(1, count):
-        c, m = order[n], n
-        while m > 0 and before(c, order[m - 1], distance, who):
-            order[m] = order[m - 1]
-            m -= 1
-        order[m] = c
 
 
 @compiled
@@ -234,6 +252,9 @@ def marker_shadows(
         # From the eye to the nearer marker, along the direction of the farther one and across it.
         along = nearer[2, m] * (nearer[0, m] * x + nearer[1, m] * y) - ahead
         across = nearer[2, m] * (nearer[0, m] * y - nearer[1, m] * x)
+        # The distance is at most that from the axis and the way to the eye: no root for most.
+        if abs(across) >= radius + sine * (nearer[2, m] + ahead) and sine < 0.5:
+            continue
         square = along * along + across * across
         distance = max(np.sqrt(square), 1e-9)
         by = min(radius / distance, 1.0)
@@ -297,18 +318,20 @@ def thing_shadows(
     bearing: float,
     half: float,
     distance: float,
-    observer: FloatArray,
+    eye_x: float,
+    eye_y: float,
+    yaw: float,
     objects: FloatArray,
     things: FloatArray,
 ) -> int:
-    """Return the bits of the rays that any thing covers; ``observer`` is the eye's pose in the world."""
+    """Return the bits of the rays that any thing covers, from the eye's place and yaw in the world."""
     bits = 0
-    cos, sin = np.cos(observer[2]), np.sin(observer[2])
+    cos, sin = np.cos(yaw), np.sin(yaw)
     place = np.empty(3)
     for b in range(len(things)):
         thing = objects[int(things[b, 0])]
-        x, y = thing[0] - observer[0], thing[1] - observer[1]
-        place[0], place[1], place[2] = cos * x + sin * y, cos * y - sin * x, thing[2] - observer[2]
+        x, y = thing[0] - eye_x, thing[1] - eye_y
+        place[0], place[1], place[2] = cos * x + sin * y, cos * y - sin * x, thing[2] - yaw
         bits |= thing_shadow(bearing, half, distance, place, things[b, 1], things[b, 2])
         if bits == ALL_RAYS:
             break
@@ -330,10 +353,14 @@ def look(
     grid: FloatArray,
     begin: IntArray,
     robots: IntArray,
+    gaps: FloatArray,
+    angles: FloatArray,
     who: IntArray,
     seen: FloatArray,
-    index: IntArray,
-    scratch: FloatArray,
+    candidates: IntArray,
+    order: IntArray,
+    distance: FloatArray,
+    nearer: FloatArray,
 ) -> int:
     """Fill in whom a robot sees, nearest first, until nobody is left or ``who`` is full.
 
@@ -351,52 +378,54 @@ def look(
         grid: From :func:`cells`, and so the next two.
         begin: Where each cell's robots begin.
         robots: The robots, cell by cell.
+        gaps: From :func:`measure_pairs` for few robots; else ``(0, 0)``, and so the next.
+        angles: From the same.
         who: Out: numbers of those seen, shape ``(k,)``.
         seen: Out: range, bearing, heading, visible fraction, shape ``(k, 4)``.
-        index: Room to work in, shape ``(2, r)``.
-        scratch: Room to work in, shape ``(4, r)``.
+        candidates: Room to work in, shape ``(r,)``, and so the next two.
+        order: Room to work in.
+        distance: Room to work in.
+        nearer: Room to work in, shape ``(3, r)``.
 
     Returns:
         How many are seen.
     """
-    candidates, order = index[0], index[1]
-    distance, nearer = scratch[0], scratch[1:]
-    count = near(pose, me, reach, grid, begin, robots, candidates, distance)
-    for n in range(count):
-        order[n] = n
-    if count > FEW:
+    few = len(gaps) > 0
+    if few:
+        count = nearest_of_few(me, reach, gaps, candidates, distance)
+    else:
+        count = near(pose, me, reach, grid, begin, robots, candidates, distance)
+        for n in range(count):
+            order[n] = n
         for root in range(count // 2 - 1, -1, -1):
             sink(order, distance, candidates, root, count)
-    else:
-        insert(order, distance, candidates, count)
-    yaw, eye = pose[me, 2], pose[me].copy()
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    yaw = pose[me, 2]
     found = 0
     for n in range(count):
         if found == len(who):
             break
-        c = order[n]
-        if count > FEW:
+        c = n
+        if not few:
             c = order[0]
             order[0] = order[count - 1 - n]
             sink(order, distance, candidates, 0, count - 1 - n)
         other, gap = candidates[c], max(distance[c], 1e-9)
         dx, dy = pose[other, 0] - pose[me, 0], pose[other, 1] - pose[me, 1]
-        x, y = (cos * dx + sin * dy) / gap, (cos * dy - sin * dx) / gap
+        x, y = dx / gap, dy / gap
         visible = 1.0
         if occlusion:
             hidden = marker_shadows(n, x, y, gap, radius, ahead, nearer)
             if len(things) > 0:
-                eye[0] = pose[me, 0] + ahead * (cos * x - sin * y)
-                eye[1] = pose[me, 1] + ahead * (sin * x + cos * y)
+                eye_x, eye_y = pose[me, 0] + ahead * x, pose[me, 1] + ahead * y
                 half = np.arcsin(min(radius / max(gap - ahead, 1e-9), 1.0))
-                hidden |= thing_shadows(np.arctan2(y, x), half, gap - ahead, eye, objects, things)
+                bearing = np.arctan2(y, x) - yaw
+                hidden |= thing_shadows(bearing, half, gap - ahead, eye_x, eye_y, yaw, objects, things)
             nearer[0, n], nearer[1, n], nearer[2, n] = x, y, gap
             if hidden:
                 visible = 1.0 - bits_of(hidden) / len(RAYS)
         if visible < least:
             continue
-        bearing = np.arctan2(y, x)
+        bearing = wrapped((angles[me, other] if few else np.arctan2(dy, dx)) - yaw)
         if abs(bearing) <= half_fov:
             who[found] = other
             seen[found, 0], seen[found, 1], seen[found, 3] = distance[c], bearing, visible

@@ -25,6 +25,7 @@ from swarmvision.sensing.sight import (
     View,
     cells,
     look,
+    measure_pairs,
 )
 
 VARIANCE = 1e-12  # of a perfect sensor: covariances stay positive definite
@@ -163,15 +164,20 @@ def _look_all(
     seen: FloatArray,
 ) -> None:
     r = pose.shape[1]
-    index = np.empty((2, r), np.int64)
-    scratch = np.empty((4, r))
+    candidates, order = np.empty(r, np.int64), np.empty(r, np.int64)
+    distance, nearer = np.empty(r), np.empty((3, r))
+    few = r if r <= FEW else 0
+    gaps, angles = np.empty((few, few)), np.zeros((few, few))
     for w in range(len(pose)):
         if w == 0 or r > FEW:
             grid, begin, robots = cells(pose[w], reach)
+        here, there = pose[w], objects[w]
+        if few:
+            measure_pairs(here, gaps, angles)
         for me in range(r):
             look(
-                pose[w],
-                objects[w],
+                here,
+                there,
                 me,
                 reach,
                 half_fov,
@@ -183,8 +189,12 @@ def _look_all(
                 grid,
                 begin,
                 robots,
+                gaps,
+                angles,
                 who[w, me],
                 seen[w, me],
-                index,
-                scratch,
+                candidates,
+                order,
+                distance,
+                nearer,
             )
