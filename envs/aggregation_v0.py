@@ -12,7 +12,7 @@ import numpy as np
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from swarmvision.data import Scene
-from swarmvision.envs.swarm import SwarmEnv, task_scenario
+from swarmvision.envs.swarm import Rewarded, SwarmEnv, task_scenario
 from swarmvision.geometry import FloatArray
 
 CUT_OFF = 1.2  # m: distances beyond count as this
@@ -28,13 +28,18 @@ class AggregationEnv(SwarmEnv):
         self, scene: Scene, change: FloatArray, contacts: int
     ) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Return each robot's reward and its parts, from the truth."""
-        r = scene.robots
-        offset = scene.pose[None, :, :2] - scene.pose[:, None, :2]
-        distance = np.minimum(np.hypot(offset[..., 0], offset[..., 1]), CUT_OFF) / CUT_OFF
-        spread = float(distance.sum() / max(r * (r - 1), 1))
-        effort = np.square(change).sum(axis=1)
-        parts = {"spread": np.full(r, spread), "effort": effort}
-        return -parts["spread"] - EFFORT_WEIGHT * effort, parts
+        return reward_of(scene.pose, scene.velocity, change, contacts)
+
+
+def reward_of(pose: FloatArray, velocity: FloatArray, change: FloatArray, contacts: Any) -> Rewarded:
+    """Return each robot's reward and its parts, ``(..., r)``, as :data:`swarmvision.envs.swarm.Reward`."""
+    r = pose.shape[-2]
+    offset = pose[..., None, :, :2] - pose[..., :, None, :2]
+    distance = np.minimum(np.hypot(offset[..., 0], offset[..., 1]), CUT_OFF) / CUT_OFF
+    effort = np.square(change).sum(axis=-1)
+    mean = distance.sum(axis=(-2, -1)) / max(r * (r - 1), 1)
+    parts = {"spread": np.broadcast_to(mean[..., None], effort.shape), "effort": effort}
+    return -parts["spread"] - EFFORT_WEIGHT * effort, parts
 
 
 def parallel_env(
@@ -45,7 +50,7 @@ def parallel_env(
     render_mode: str | None = None,
     overrides: tuple[str, ...] = (),
 ) -> AggregationEnv:
-    """Return the environment; ``sensor`` is ``truth`` or ``camera``, ``overrides`` as for ``run --set``."""
+    """Return the environment; ``sensor`` is truth, error_model or camera; ``overrides`` as for ``--set``."""
     scenario = task_scenario("aggregation", robots, sensor, overrides)
     return AggregationEnv(scenario, max_cycles=max_cycles, render_mode=render_mode)
 

@@ -1,15 +1,12 @@
 """A PettingZoo environment around the simulation: agents command, the loop is the simulation's.
 
-Observation, float32 in [-1, 1] per agent: six neighbour slots, nearest first, of (seen, range / reach,
-cos and sin of bearing, cos and sin of heading, heading told, age / memory), then own speed and turn
-rate over their limits, the last action, and a constant 1. Action: forward speed from -1 (stand) to 1
-(full), turn rate from -1 to 1 (left).
-
-All robots stay to the end and are truncated together; randomness comes from ``reset(seed=...)`` alone.
+Observations and actions: :mod:`swarmvision.envs.observation`. All robots stay to the end and are truncated
+together; randomness comes from ``reset(seed=...)`` alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import gymnasium
@@ -18,18 +15,19 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from swarmvision.config.scenario import ScenarioConfig, packaged_scenario
-from swarmvision.data import Commands, Estimates, Scene
+from swarmvision.data import Estimates, Scene
 from swarmvision.drawing.topview import TopView
 from swarmvision.drive import Drive
+from swarmvision.envs.observation import SIZE, Observation, commanded, limited, observe
 from swarmvision.errors import ConfigError
 from swarmvision.geometry import FloatArray
 from swarmvision.simulation import Simulation
 
-Observation = NDArray[np.float32]
-SLOTS, PER_SLOT, OWN = 6, 8, 5
-TOP_SPEED = 0.25  # m/s at action 1
-TOP_TURN = 3.0  # rad/s at action 1
 RENDER_PX = 480
+Rewarded = tuple[FloatArray, dict[str, FloatArray]]
+Reward = Callable[[FloatArray, FloatArray, FloatArray, Any], Rewarded]
+"""``(pose (..., r, 3), velocity (..., r, 3), change of actions (..., r, 2), contacts begun (...))`` to each
+robot's reward and its named parts, ``(..., r)``."""
 
 
 class SwarmEnv(ParallelEnv):  # type: ignore[misc]
@@ -64,8 +62,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         self.render_mode = render_mode
         self.possible_agents = [f"robot_{i}" for i in range(scenario.robots)]
         self.agents: list[str] = []
-        size = SLOTS * PER_SLOT + OWN
-        self._observation = gymnasium.spaces.Box(-1.0, 1.0, (size,), np.float32)
+        self._observation = gymnasium.spaces.Box(-1.0, 1.0, (SIZE,), np.float32)
         self._action = gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32)
         self.state_space = gymnasium.spaces.Box(-1.0, 1.0, (7 * scenario.robots,), np.float32)
         self._drive = Drive.from_config(scenario.robot)
@@ -115,11 +112,10 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         if not agents:
             return {}, {}, {}, {}, {}
         wanted = np.array([np.asarray(actions[agent], dtype=np.float64) for agent in agents])
-        limited = np.clip(wanted, -1.0, 1.0)  # a policy's sampling may leave the box
-        commands = Commands((limited[:, 0] + 1.0) / 2.0 * TOP_SPEED, limited[:, 1] * TOP_TURN)
-        scene = simulation.act(commands)
-        change = limited - self._last
-        self._last = limited
+        wanted = limited(wanted)
+        scene = simulation.act(commanded(wanted))
+        change = wanted - self._last
+        self._last = wanted
         self._cycle += 1
         rewards, parts = self.reward(scene, change, simulation.contacts - self._contacts)
         self._contacts = simulation.contacts
@@ -178,33 +174,10 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
             raise ConfigError("reset() must be called before the environment is used")
         return self._simulation
 
-    def _observed(self, estimates: Estimates) -> NDArray[np.float32]:
-        """Return the observations of all robots, shape ``(r, SLOTS * PER_SLOT + OWN)``."""
-        r = self.scenario.robots
-        slots = np.zeros((r, SLOTS, PER_SLOT))
-        k = min(SLOTS, estimates.seen.shape[1])
-        if k:
-            nearest = np.argsort(np.where(estimates.seen, estimates.range, np.inf), axis=1, kind="stable")
-            index = (np.arange(r)[:, None], nearest[:, :k])
-            seen = estimates.seen[index]
-            heading = estimates.heading[index]
-            told = seen & np.isfinite(heading)
-            columns = [
-                np.ones_like(heading),
-                estimates.range[index] / self.scenario.sensor.reach,
-                np.cos(estimates.bearing[index]),
-                np.sin(estimates.bearing[index]),
-                np.where(told, np.cos(heading), 0.0),
-                np.where(told, np.sin(heading), 0.0),
-                told.astype(np.float64),
-                estimates.age[index],
-            ]
-            slots[:, :k] = np.where(seen[..., None], np.stack(columns, axis=-1), 0.0)
+    def _observed(self, estimates: Estimates) -> Observation:
+        """Return the observations of all robots, shape ``(r, SIZE)``."""
         speed, turn_rate = self._drive.twist(self._running().scene.wheel_speed)
-        own = np.column_stack([speed / TOP_SPEED, turn_rate / TOP_TURN, self._last, np.ones(r)])
-        rows = np.hstack([slots.reshape(r, -1), own])
-        bounded: Observation = np.clip(rows, -1.0, 1.0).astype(np.float32)
-        return bounded
+        return observe(estimates, speed, turn_rate, self._last, self.scenario.sensor.reach)
 
 
 def task_scenario(name: str, robots: int, sensor: str, overrides: tuple[str, ...]) -> ScenarioConfig:
@@ -213,7 +186,8 @@ def task_scenario(name: str, robots: int, sensor: str, overrides: tuple[str, ...
     Args:
         name: Of the scenario.
         robots: How many.
-        sensor: ``camera`` for the scenario's own cameras, ``truth`` for perfect sensing.
+        sensor: ``camera`` for the scenario's own cameras, ``error_model`` for what they would tell without
+            pictures, ``truth`` for perfect sensing.
         overrides: As for ``swarmvision run --set``.
     """
     changes = [f"robots={robots}"]

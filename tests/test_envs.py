@@ -13,6 +13,9 @@ import pytest
 from pettingzoo.test import api_test, parallel_api_test
 
 from swarmvision.envs import aggregation_v0, flocking_v0
+from swarmvision.envs.vector import VectorEnv
+from swarmvision.errors import ConfigError
+from swarmvision.simulation import Simulation
 
 TASKS = {"flocking": flocking_v0, "aggregation": aggregation_v0}
 CAMERA = {"sensor": "camera", "robots": 2, "overrides": ('sensor.rig="single"', "start.radius=0.4")}
@@ -44,7 +47,9 @@ def test_keeps_the_turn_by_turn_contract(task: str) -> None:
 
 
 @pytest.mark.parametrize("task", TASKS)
-@pytest.mark.parametrize("settings", [{}, CAMERA], ids=["truth", "camera"])
+@pytest.mark.parametrize(
+    "settings", [{}, {"sensor": "error_model"}, CAMERA], ids=["truth", "error_model", "camera"]
+)
 def test_300_steps_of_one_seed_are_the_same_here_and_in_another_process(
     task: str, settings: dict[str, Any]
 ) -> None:
@@ -117,3 +122,39 @@ def test_is_known_by_its_registered_name_and_draws() -> None:
     assert image.ndim == 3
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 3
     env.close()
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("sensor", ["truth", "error_model"])
+def test_many_worlds_show_and_reward_what_one_environment_does(task: str, sensor: str) -> None:
+    # Far apart, so that nobody touches anybody: contacts are where the two differ.
+    apart = ("start.radius=6", "start.spacing=2.5", "sensor.reach=4", "arena.width=16", "arena.depth=16")
+    many = VectorEnv(task, 3, robots=3, sensor=sensor, overrides=(*apart, "physics_substeps=4"))
+    shown = many.reset(seed=5)
+    assert shown.shape == many.shape
+    one = TASKS[task].parallel_env(robots=3, sensor=sensor, overrides=(*apart, "physics_substeps=4"))
+    one.reset(seed=0)
+    assert many._worlds is not None
+    one._simulation = Simulation(one.scenario, int(many._worlds.seeds[1]))
+    rows = one._observed(one._simulation.sense())
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        np.testing.assert_allclose(shown[1], rows, atol=1e-6)
+        actions = rng.uniform(-1, 1, (3, 3, 2)).astype(np.float32)
+        shown, reward, over, _ = many.step(actions)
+        observed, rewards, *_ = one.step({f"robot_{i}": actions[1, i] for i in range(3)})
+        rows = np.array([observed[f"robot_{i}"] for i in range(3)])
+        np.testing.assert_allclose(reward[1], list(rewards.values()), atol=1e-9)
+        assert not over
+
+
+def test_episodes_of_many_worlds_end_together_and_new_ones_have_begun() -> None:
+    env = VectorEnv("flocking", 4, robots=2, max_cycles=3)
+    first = env.reset(seed=1)
+    steps = [env.step(np.zeros((4, 2, 2))) for _ in range(6)]
+    assert [step.over for step in steps] == [False, False, True] * 2
+    assert steps[2].last is not None
+    assert not np.array_equal(steps[2].observation, first)
+    np.testing.assert_array_equal(env.reset(seed=1), first)
+    with pytest.raises(ConfigError, match=r"unknown task 'flokking'"):
+        VectorEnv("flokking", 2)

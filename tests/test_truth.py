@@ -150,10 +150,10 @@ def test_the_same_lines_run_uncompiled() -> None:
     results = []
     for look in (sight.look, plain(sight.look)):
         who, seen = np.full(9, -1), np.full((9, 4), np.nan)
-        work = np.empty(9, np.int64), np.empty(9, np.int64), np.empty(9), np.empty((3, 9))
+        work: list[Any] = [np.empty(9, np.int64), np.empty(9, np.int64), np.empty(9), np.empty((3, 9))]
         count = look(
             *(scene.pose, scene.object_pose, 0, view.reach, view.half_fov, view.radius, True, 0.0, 0.3),
-            *(view.things, grid, begin, robots, np.empty((0, 0)), np.empty((0, 0)), who, seen, *work),
+            *(view.things, grid, begin, robots, *[np.empty((0, 0))] * 2, who, seen, *work),
         )
         results.append((count, who, seen))
     assert results[0][0] == results[1][0] > 0

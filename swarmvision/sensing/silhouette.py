@@ -80,4 +80,5 @@ def _trace(
                 if abs(ray) > half_fov or seen[me, sector]:
                     continue
                 # Of no width, all rays of the marker are this one.
-                seen[me, sector] = thing_shadows(ray, 0.0, distance, pose[me], objects, things) == 0
+                x, y, yaw = pose[me, 0], pose[me, 1], pose[me, 2]
+                seen[me, sector] = thing_shadows(ray, 0.0, distance, x, y, yaw, objects, things) == 0
