@@ -129,11 +129,11 @@ class RandomWalkConfig(Settings):
 
 ParticleLaw = CouzinConfig | GregoireConfig | RandomWalkConfig | VicsekConfig
 
-_SCHOOL = CouzinConfig(speed=0.20, repulsion=0.13, attraction=2.0, turn_limit_deg=25.0, fov_deg=300.0)
+_SCHOOL = CouzinConfig(speed=0.20, repulsion=0.13, attraction=2.0, turn_limit_deg=20.0, fov_deg=300.0)
 
 COUZIN: dict[str, CouzinConfig] = {
     "swarm": _SCHOOL.replace(orientation=0.0, fov_deg=360.0),
-    "torus": _SCHOOL.replace(orientation=0.30),
-    "parallel": _SCHOOL.replace(orientation=0.80),
+    "torus": _SCHOOL.replace(orientation=0.35),
+    "parallel": _SCHOOL.replace(orientation=1.20, turn_limit_deg=30.0),
 }
 """Couzin's regimes at a Zumo's size; the values are ours. They need eyes that see 3 m."""
