@@ -95,15 +95,15 @@ class Simulation:
         self._world = World(scenario.arena, scenario.robot, self.scene)
         self._body = Body(scenario, seed)
         self._teams = _teams(scenario, seed)
+        looks = any("silhouette" in team.controller.inputs for team in self._teams)
 
         def sensor(config: SensorConfig) -> Sensor:
-            return sensor_of(config, scenario, seed, keep_pictures=keep_pictures, workers=workers)
+            return sensor_of(config, scenario, seed, keep_pictures=keep_pictures or looks, workers=workers)
 
         self._sensor = sensor(scenario.sensor)
         self._own_sensors = [
             sensor(team.sensor) if team.sensor is not None else self._sensor for team in scenario.teams
         ]
-        looks = any("silhouette" in team.controller.inputs for team in self._teams)
         self._silhouettes = Silhouettes(self._sensor, scenario) if looks else None
         self._step = 0
 
