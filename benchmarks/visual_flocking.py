@@ -25,7 +25,7 @@ from swarmvision.geometry import FloatArray
 from swarmvision.metrics import order
 
 SIDE, RADIUS, AGENTS, SPEED = 900.0, 5.5, 10, 1.0  # px, px, -, px a step
-RELAXATION = 0.25  # gamma, a step
+RELAXATION = 0.3  # gamma, a step
 EDGES = 0.10  # alpha1 = beta1
 SECTORS = 720
 POINTS = {(0.5, 0.1): 0.83, (0.5, 2.0): 0.28, (0.0, 0.0): 0.35}
@@ -53,7 +53,9 @@ def silhouettes(pose: FloatArray, seen: BoolArray) -> None:
                     seen[w, me, n % SECTORS] = True
 
 
-def polarisation(gains: tuple[float, float], steps: int, worlds: int, seed: int = 0) -> tuple[float, float]:
+def polarisation(
+    gains: tuple[float, float], steps: int, worlds: int, seed: int = 0, start: float = SIDE
+) -> tuple[float, float]:
     """Return polarisation and mean distance (radii) over the second half of a run, mean of some worlds.
 
     Args:
@@ -61,9 +63,10 @@ def polarisation(gains: tuple[float, float], steps: int, worlds: int, seed: int 
         steps: Of the model.
         worlds: Runs from other starts.
         seed: Of the starts.
+        start: Agents begin in a square of this side (px).
     """
     rng = np.random.default_rng(seed)
-    place = rng.uniform(0.0, SIDE, (worlds, AGENTS, 2))
+    place = rng.uniform(0.0, start, (worlds, AGENTS, 2))
     pose = np.concatenate([place, rng.uniform(-np.pi, np.pi, (worlds, AGENTS, 1))], axis=-1)
     config = VisualConfig(
         speed=SPEED,
