@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +19,6 @@ from swarmvision.config.camera import LENSES
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.config.model import validated
 from swarmvision.errors import ConfigError
-from swarmvision.rendering import effects
 from swarmvision.rendering.imperfections import Imperfections, discrete_gaussian
 
 LENS = Lens.from_config(LENSES["pi-v1"])
@@ -57,21 +61,41 @@ def test_one_key_is_one_picture_on_any_thread() -> None:
     assert len(set(together)) == 3
 
 
-def test_compiled_and_plain_are_the_same_bytes() -> None:
-    plain = getattr(effects.spoil, "py_func", None)
-    if plain is None:
-        pytest.fail("numba is a dependency of this project's tests")
-    faults = Imperfections(IMPERFECTIONS["pi-v1"], SMALL)
+def picture_bytes() -> str:
+    """The fingerprint of some small spoilt pictures; also called in other processes."""
     image = np.random.default_rng(2).integers(0, 256, (32, 48, 3), dtype=np.uint8)
-    compiled, interpreted = image.copy(), image.copy()
-    faults.spoil(compiled, 9, 3.0)
-    kernel, effects.spoil = effects.spoil, plain
-    try:
-        with np.errstate(over="ignore"):
-            faults.spoil(interpreted, 9, 3.0)
-    finally:
-        effects.spoil = kernel
-    np.testing.assert_array_equal(compiled, interpreted)
+    image[:, :20] = 90
+    image[10:20, 25:] = 200
+    pictures = []
+    for turn_rate in (0.0, 3.0):
+        spoilt = image.copy()
+        Imperfections(IMPERFECTIONS["pi-v1"], SMALL).spoil(spoilt, 9, turn_rate)
+        pictures.append(spoilt.tobytes())
+    return hashlib.sha256(b"".join(pictures)).hexdigest()
+
+
+@pytest.mark.parametrize("setting", ["NUMBA_DISABLE_JIT=1", "NUMBA_CPU_NAME=generic"])
+def test_the_same_bytes_uncompiled_and_for_any_processor(setting: str, tmp_path: Path) -> None:
+    name, value = setting.split("=")
+    settings = {**os.environ, name: value, "NUMBA_CACHE_DIR": str(tmp_path)}
+    code = (
+        "import runpy, numpy; numpy.seterr(over='ignore'); "
+        f"print(runpy.run_path({str(Path(__file__))!r})['picture_bytes']())"
+    )
+    there = subprocess.run(
+        [sys.executable, "-c", code], env=settings, capture_output=True, text=True, check=True
+    )
+    assert there.stdout.strip() == picture_bytes()
+
+
+def test_what_a_row_keeps_from_the_one_above_is_never_seen() -> None:
+    # The lower half is spoilt alike whether what is above it is the same or not, but for the lens's reach.
+    scene = edge()
+    other = scene.copy()
+    other[:200, 100:500] = np.random.default_rng(5).integers(0, 256, (200, 400, 3), dtype=np.uint8)
+    for image in (scene, other):
+        flawed(defocus=0.5, vignetting=0.25, exposure_time=0.008, readout_time=0.025).spoil(image, 1, 0.5)
+    np.testing.assert_array_equal(scene[203:], other[203:])
 
 
 @pytest.mark.parametrize("code", [30, 90, 160, 220])

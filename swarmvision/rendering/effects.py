@@ -1,11 +1,14 @@
 """Kernels that spoil a picture: blur, then light, then noise, row by row, so that a row stays in cache.
 
 What makes it fast: arithmetic on 16 bits only, which processors do 32 at a time; no random number and,
-over most of the picture, no table per pixel. Codes are sRGB in 1/64 (``FINE``).
+over most of the picture, no table per pixel; and that little is done twice. Codes are sRGB in 1/64
+(``FINE``). A row is kept *developed*: with its light, before its noise, and with the spread of that. Where
+the row below it is the same, it need only be given other noise.
 
-* **Blur** is exact in linear light, through tables, but is done only where the picture changes within the
-  kernel's reach: where all pixels under the kernel are equal, the blurred pixel is that pixel, to the
-  bit, because the weights sum to exactly one. The cost grows with what is in view.
+* **Blur** is of linear light, through tables, to 0.2 levels, but is done only where the picture changes
+  within the kernel's reach: where all pixels under the kernel are equal, or ascend level by level, the
+  blurred pixel is that pixel. The cost grows with what is in view. A rolling shutter shifts rows by whole
+  32nds of a pixel.
 * **Light** times a gain ``g`` is, above the toe of the sRGB curve (code 10.3), exactly
   ``(v + 14.025) g^(1/2.4) - 14.025`` in codes. In the toe the law is a line through 0; a code there is
   held between the lines of the picture's least and greatest gain. Errors: below half a level for gains
@@ -30,27 +33,33 @@ Words = NDArray[np.int16]
 Levels = NDArray[np.uint16]
 Places = NDArray[np.int64]
 Sums = NDArray[np.int32]
-Ring = tuple[Image, Levels, Image, Levels]
-"""Some rows as codes and as linear light, which blocks are decoded, and the table that decodes."""
 
 FINE = 64  # steps of one code
-ONE = 1 << 14  # the sum of a kernel's weights
-BLOCK = 16  # px that are looked at together for a change; 48 bytes are six words
-GAP = 2  # blocks without a change that cost less than a new start
+ONE = 1 << 16  # the sum of a kernel's weights; but one alone is 1 less
+BLOCK = 16  # bytes that are looked at and worked on together
+GAP = 4  # blocks without a change that cost less than a new start
+WORD = 8  # blocks; rows in scratch are filled up to whole words of blocks
+PHASES = 32  # places within a pixel that a row's shift is rounded to
+GAIN_ROWS = 4  # that share one gain: 0.04 levels from row to row in a corner of the Pi camera
+SPREAD_ROWS = 32  # after which the spread is taken anew, whether the picture changes or not
 MARGIN = 32  # numbers at each end of a row that only weights of 0 reach
+TAPS = 4  # that are added at once
 OFFSET = 898  # FINE * 255 * 0.055: where the sRGB curve's power law has its zero
 BRIGHTEST = 20000  # 1/64 codes: light beyond is clipped, so that noise of NOISIEST fits into 16 bits
 GAIN_ONE = 8192  # of a gain on codes, as 16-bit number
-STARTS = 1 << 18  # places where a row's window of noise may begin
+STARTS = 1 << 16  # places where a row's window of noise may begin
 LEHMER, LEHMER_PRIME = 48271, 2147483647  # S. K. Park, K. W. Miller, CACM 31, 1988, as revised in 1993
 
 DECODE = np.rint(decode(np.arange(256)) * 65535.0).astype(np.uint16)
-# Straight between neighbouring codes, so that encoding what was decoded gives the same code to the bit.
-ENCODE = np.rint(np.interp(np.arange(65536), DECODE, np.arange(256) * float(FINE))).astype(np.int16)
+# Straight between neighbouring codes, so that encoding what was decoded gives the same code.
+# By every eighth level, so that it fits into the first cache: 0.2 levels off where the curve is steepest.
+COARSE = 3
+_LEVELS = np.arange(65536 >> COARSE) * float(1 << COARSE) + (1 << COARSE) / 2.0 - 0.5
+ENCODE = np.rint(np.interp(_LEVELS, DECODE, np.arange(256) * float(FINE))).astype(np.int16)
 
 
 @compiled
-def blur_taps(psf: FloatArray, shift: float, length: float, box: FloatArray, taps: Sums) -> tuple[int, int]:
+def blur_taps(psf: FloatArray, shift: float, length: float, box: FloatArray, taps: Levels) -> tuple[int, int]:
     """Fill in the weights of one row's horizontal kernel: the lens's blur, moved and smeared.
 
     The row is taken as straight lines between pixel centres and averaged over displacements from
@@ -82,11 +91,11 @@ def blur_taps(psf: FloatArray, shift: float, length: float, box: FloatArray, tap
             i = t - r
             if 0 <= i < count:
                 weight += psf[r] * box[i]
-        taps[t] = math.floor(weight * ONE + 0.5)
-        total += taps[t]
+        taps[t] = min(math.floor(weight * ONE + 0.5), ONE - 1)
+        total += int(taps[t])
         if taps[t] > taps[largest]:
             largest = t
-    taps[largest] += ONE - total
+    taps[largest] = min(int(taps[largest]) + ONE - total, ONE - 1)
     return start - radius, count + 2 * radius
 
 
@@ -109,213 +118,201 @@ def _differ(one: Image, two: Image) -> bool:
 
 @compiled
 def _find_changes(row: Image, above: Image, mask: Image, words: NDArray[np.uint64], blocks: Image) -> None:
-    """Mark the blocks of a row with a pixel that differs from the one to its right or from the one above.
+    """Mark the blocks of a row with a pixel that is not as the one to its right or the one above.
 
-    ``words`` is ``mask``, eight bytes at a time; what of it lies beyond the row is 0.
+    A step of one level to the right is let pass: blurred, it is still one. ``words`` is ``mask``, eight
+    bytes at a time; what of it lies beyond the row is 0.
     """
     last = len(row) - 3
     here, right, over, out = row[:last], row[3:], above[:last], mask[:last]
     for i in range(len(out)):
-        out[i] = (here[i] ^ right[i]) | (here[i] ^ over[i])
+        step = np.uint8(max(here[i], right[i]) - min(here[i], right[i]))
+        out[i] = np.uint8(step & np.uint8(254)) | (here[i] ^ over[i])
     for c in range(last, last + 3):
         mask[c] = row[c] ^ above[c]
-    per_block = len(words) // len(blocks)
     for b in range(len(blocks)):
-        change = words[b * per_block]
-        for i in range(b * per_block + 1, (b + 1) * per_block):
-            change |= words[i]
-        blocks[b] = change != 0
+        blocks[b] = np.uint8((words[2 * b] | words[2 * b + 1]) != 0)
 
 
 @compiled
-def _linear_run(ring: Ring, lines: Places, low: int, high: int) -> None:
-    """Decode the pixels ``low`` to ``high`` of some rows of the ring, block by block, unless they are."""
-    codes, linear, known, decode = ring
-    n = codes.shape[1]
-    for line in lines:
-        for b in range(low // BLOCK, (high - 1) // BLOCK + 1):
-            if known[line, b] == 0:
-                known[line, b] = 1
-                start = max(3 * BLOCK * b, 0)
-                for i in range(min(3 * BLOCK, n - start)):
-                    linear[line, start + i] = decode[codes[line, start + i]]
-
-
-@compiled
-def _blur_run(
-    ring: Ring,
-    lines: Places,
-    down: Sums,
-    taps: Sums,
-    first: int,
-    count: int,
-    begin: int,
-    end: int,
-    level: Levels,
-    total: Sums,
-    out: Words,
-    encode: Words,
-) -> None:
-    """Blur the pixels ``begin`` to ``end`` of a row; ``lines`` are the places in the ring of its rows."""
-    linear = ring[1]
-    width = linear.shape[1] // 3
-    low, high = begin - first - count + 1, end - first
-    inner_low = min(max(low, 0), width - 1)
-    inner_high = max(min(high, width), inner_low + 1)
-    _linear_run(ring, lines, inner_low, inner_high)
-    pad = 3 * width + MARGIN
-    start, size = 3 * inner_low, 3 * (inner_high - inner_low)
-    inner = pad + start
-    radius = len(down) // 2
-    if radius <= 2:
-        _down_five(linear, lines, down, start, size, level, inner)
-    else:
-        _down_any(linear, lines, down, start, size, total, level, inner)
-    # Beyond the borders the picture goes on as it ends.
-    for x in range(low, inner_low):
-        for c in range(3):
-            level[pad + 3 * x + c] = level[inner + c]
-    for x in range(inner_high, high):
-        for c in range(3):
-            level[pad + 3 * x + c] = level[inner + size - 3 + c]
-    # Along the row, eight taps at a time; behind the last tap there are zeros.
-    size = 3 * (end - begin)
-    for t in range(0, count, 8):
-        _along_eight(level, pad + 3 * (begin - first - t), taps, t, size, total)
-    _encode_run(total, encode, out, 3 * begin, size)
-
-
-# Loops of one kind each, for in one long function the compiler gives up on vectors. Starts are held at 0
-# or more only so that it need not ask whether an index counts from the end.
-
-
-@compiled
-def _down_five(
-    linear: Levels,
-    lines: Places,
-    down: Sums,
-    start: int,
-    size: int,
-    level: Levels,
-    inner: int,
-) -> None:
-    start, inner = max(start, 0), max(inner, 0)
-    radius = len(down) // 2
-    middle, w0, w1, w2 = lines[radius], np.int32(down[radius]), np.int32(0), np.int32(0)
-    up1, up2, under1, under2 = middle, middle, middle, middle
-    if radius >= 1:
-        up1, under1, w1 = lines[radius - 1], lines[radius + 1], np.int32(down[radius - 1])
-    if radius >= 2:
-        up2, under2, w2 = lines[radius - 2], lines[radius + 2], np.int32(down[radius - 2])
-    for i in range(size):
-        one = np.int32(np.int32(linear[up1, start + i]) + np.int32(linear[under1, start + i]))
-        two = np.int32(np.int32(linear[up2, start + i]) + np.int32(linear[under2, start + i]))
-        near = np.int32(np.int32(w0 * np.int32(linear[middle, start + i])) + np.int32(w1 * one))
-        level[inner + i] = np.uint16(np.int32(np.int32(near + np.int32(w2 * two)) + ONE // 2) >> 14)
-
-
-@compiled
-def _down_any(
-    linear: Levels,
-    lines: Places,
-    down: Sums,
-    start: int,
-    size: int,
-    total: Sums,
-    level: Levels,
-    inner: int,
-) -> None:
-    start, inner = max(start, 0), max(inner, 0)
-    for i in range(size):
-        total[i] = ONE // 2
-    for j in range(len(down)):
-        line, weight = lines[j], np.int32(down[j])
-        for i in range(size):
-            total[i] = np.int32(total[i] + np.int32(weight * np.int32(linear[line, start + i])))
-    for i in range(size):
-        level[inner + i] = np.uint16(total[i] >> 14)
-
-
-@compiled
-def _along_eight(level: Levels, at: int, taps: Sums, t: int, size: int, total: Sums) -> None:
-    """Add eight taps, from the one at ``t`` on; the first eight begin the sum."""
-    w0, w1, w2, w3 = np.int32(taps[t]), np.int32(taps[t + 1]), np.int32(taps[t + 2]), np.int32(taps[t + 3])
-    w4, w5, w6, w7 = (
-        np.int32(taps[t + 4]),
-        np.int32(taps[t + 5]),
-        np.int32(taps[t + 6]),
-        np.int32(taps[t + 7]),
-    )
-    at = max(at - 21, 0)
-    if t == 0:
-        for i in range(size):
-            total[i] = ONE // 2
-    for i in range(size):
-        one = np.int32(
-            np.int32(w0 * np.int32(level[at + 21 + i])) + np.int32(w1 * np.int32(level[at + 18 + i]))
-        )
-        two = np.int32(
-            np.int32(w2 * np.int32(level[at + 15 + i])) + np.int32(w3 * np.int32(level[at + 12 + i]))
-        )
-        three = np.int32(
-            np.int32(w4 * np.int32(level[at + 9 + i])) + np.int32(w5 * np.int32(level[at + 6 + i]))
-        )
-        four = np.int32(np.int32(w6 * np.int32(level[at + 3 + i])) + np.int32(w7 * np.int32(level[at + i])))
-        total[i] = np.int32(total[i] + np.int32(np.int32(one + two) + np.int32(three + four)))
-
-
-@compiled
-def _encode_run(total: Sums, encode: Words, out: Words, start: int, size: int) -> None:
-    start = max(start, 0)
-    for i in range(size):
-        out[start + i] = encode[np.uint16(total[i] >> 14)]
-
-
-@compiled
-def _blur_row(
-    ring: Ring,
+def _find_runs(
     changes: Image,
-    y: int,
-    height: int,
-    down: Sums,
-    taps: Sums,
-    first: int,
-    count: int,
-    changed: Image,
     lines: Places,
-    level: Levels,
-    total: Sums,
-    out: Words,
-    encode: Words,
+    before: int,
+    behind: int,
+    active: Image,
+    active_words: NDArray[np.uint64],
+    hot: Image,
+    runs: Places,
+) -> tuple[int, int]:
+    """Find what has to be blurred, and what to be developed anew.
+
+    Args:
+        changes: Blocks of each row of the ring in which it changes: 1.
+        lines: Places in the ring of the rows under the kernel.
+        before: Blocks to the left of a change that see it.
+        behind: And to its right.
+        active: In and out: blocks to be blurred, of the row above and of this one: 1.
+        active_words: The same memory.
+        hot: Zeros, three times as long; scratch.
+        runs: Out: first block and the one behind the last, of runs to be blurred and to be developed.
+
+    Returns:
+        How many of both.
+    """
+    blocks = len(active)
+    middle = hot[blocks : 2 * blocks]
+    for b in range(len(middle)):
+        middle[b] = 0
+    for j in range(len(lines)):
+        line = changes[max(lines[j], 0)]
+        for b in range(len(middle)):
+            middle[b] |= line[b]
+    for b in range(len(active)):
+        active[b] = np.uint8(active[b] << 1) & np.uint8(2)
+    for step in range(-min(behind, blocks), min(before, blocks) + 1):
+        part = hot[blocks + step : 2 * blocks + step]
+        for b in range(len(active)):
+            active[b] |= part[b]
+    blurred, developed = 0, 0
+    blur_end, end = -GAP - 1, -GAP - 1
+    for w in range(len(active_words)):
+        if active_words[w] != 0:
+            for b in range(WORD * w, WORD * w + WORD):
+                if active[b] != 0:
+                    if b > end + GAP:
+                        runs[1, developed, 0] = b
+                        developed += 1
+                    end = b + 1
+                    runs[1, developed - 1, 1] = end
+                if active[b] & 1:
+                    if b > blur_end + GAP:
+                        runs[0, blurred, 0] = b
+                        blurred += 1
+                    blur_end = b + 1
+                    runs[0, blurred - 1, 1] = blur_end
+    return blurred, developed
+
+
+# Loops of one kind each, for in one long function the compiler gives up on vectors; each goes over all
+# runs of a row, for a call with arrays costs more than most runs. Starts are held at 0 or more only so
+# that the compiler need not ask whether an index counts from the end.
+
+
+@compiled
+def _linear_runs(
+    runs: Places,
+    count: int,
+    back: int,
+    ahead: int,
+    pages: Places,
+    codes: Image,
+    linear: Levels,
+    known: Image,
+    table: Levels,
 ) -> None:
-    """Blur one row where it changes within the kernel's reach; elsewhere ``out`` stays as it is."""
-    size, blocks = changes.shape
-    radius, width = len(down) // 2, ring[0].shape[1] // 3
-    for b in range(blocks):
-        changed[b] = 0
-    for j in range(len(down)):
-        line = min(max(y + j - radius, 0), height - 1) % size
-        lines[j] = line
-        for b in range(blocks):
-            changed[b] |= changes[line, b]
-    # A change is seen by every block that looks at it, from its last tap to its first, and by its own, so
-    # that a block which is left alone may keep what it has.
-    before, behind = (max(-first, 0) + BLOCK - 1) // BLOCK, (max(first + count - 1, 0) + BLOCK - 1) // BLOCK
-    run, end = -1, -1
-    for b in range(blocks):
-        if changed[b] == 0:
-            continue
-        start = max(b - before, 0)
-        if run >= 0 and start > end + GAP:
-            last = min(end * BLOCK, width)
-            _blur_run(ring, lines, down, taps, first, count, run * BLOCK, last, level, total, out, encode)
-            run = -1
-        if run < 0:
-            run = start
-        end = min(b + behind + 1, blocks)
-    if run >= 0:
-        last = min(end * BLOCK, width)
-        _blur_run(ring, lines, down, taps, first, count, run * BLOCK, last, level, total, out, encode)
+    """Decode what lies under the kernel, up to some blocks back and ahead, unless it is decoded."""
+    blocks = known.shape[1]
+    for r in range(count):
+        low, high = max(runs[0, r, 0] - back, 0), min(runs[0, r, 1] + ahead, blocks)
+        for j in range(len(pages)):
+            page = max(pages[j], 0)
+            if j == 0 or page != pages[j - 1]:
+                for b in range(low, high):
+                    if known[page, b] == 0:
+                        known[page, b] = 1
+                        start = max(BLOCK * b, 0)
+                        for i in range(BLOCK):
+                            linear[page, start + i] = table[codes[page, start + i]]
+
+
+@compiled
+def _down_runs(
+    runs: Places,
+    count: int,
+    back: int,
+    ahead: int,
+    pages: Places,
+    linear: Levels,
+    down: Levels,
+    level: Levels,
+) -> None:
+    """Blur runs down their columns; products are cut to 16 bits, which half a unit each makes good."""
+    blocks = linear.shape[1] // BLOCK
+    pad = max(linear.shape[1] + MARGIN, 0)
+    middle = len(down) // 2
+    for r in range(count):
+        low, high = max(runs[0, r, 0] - back, 0), min(runs[0, r, 1] + ahead, blocks)
+        start, size = max(BLOCK * low, 0), max(BLOCK * (high - low), 0)
+        page, place = max(pages[middle], 0), max(pad + start, 0)
+        own, near, far = np.uint32(down[middle]), np.uint32(0), np.uint32(0)
+        up1, up2, under1, under2 = page, page, page, page
+        if middle >= 1:
+            up1, under1 = max(pages[middle - 1], 0), max(pages[middle + 1], 0)
+            near = np.uint32(down[middle - 1])
+        if middle >= 2:
+            up2, under2 = max(pages[middle - 2], 0), max(pages[middle + 2], 0)
+            far = np.uint32(down[middle - 2])
+        for i in range(size):
+            light = np.uint16((np.uint32(linear[page, start + i]) * own) >> 16)
+            one = np.uint16((np.uint32(linear[up1, start + i]) * near) >> 16)
+            two = np.uint16((np.uint32(linear[under1, start + i]) * near) >> 16)
+            three = np.uint16((np.uint32(linear[up2, start + i]) * far) >> 16)
+            four = np.uint16((np.uint32(linear[under2, start + i]) * far) >> 16)
+            part = np.uint16(np.uint16(one + two) + np.uint16(three + four))
+            level[place + i] = np.uint16(np.uint16(light + np.uint16(middle)) + part)
+        for j in range(middle - 2):
+            one_page, two_page = max(pages[j], 0), max(pages[len(down) - 1 - j], 0)
+            weight = np.uint32(down[j])
+            for i in range(size):
+                above = np.uint16((np.uint32(linear[one_page, start + i]) * weight) >> 16)
+                under = np.uint16((np.uint32(linear[two_page, start + i]) * weight) >> 16)
+                level[place + i] = np.uint16(level[place + i] + np.uint16(above + under))
+
+
+@compiled
+def _go_on(level: Levels, pad: int, n: int, back: int, ahead: int) -> None:
+    """Let a row go on beyond the picture's borders as it ends."""
+    for i in range(back):
+        level[pad - 1 - i] = level[pad + 2 - i % 3]
+    for i in range(ahead):
+        level[pad + n + i] = level[pad + n - 3 + i % 3]
+
+
+@compiled
+def _along_runs(
+    runs: Places,
+    count: int,
+    first: int,
+    taps: Levels,
+    number: int,
+    level: Levels,
+    total: Levels,
+    out: Words,
+    table: Words,
+) -> None:
+    """Blur runs along the row, four taps at a time (behind the last there are zeros), and encode them."""
+    pad = len(out) + MARGIN
+    half = np.uint16(number // 2)
+    for r in range(count):
+        start, size = max(BLOCK * runs[0, r, 0], 0), max(BLOCK * (runs[0, r, 1] - runs[0, r, 0]), 0)
+        for i in range(size):
+            total[i] = half
+        for t in range(0, number, TAPS):
+            at = max(pad + start - 3 * (first + t) - 9, 0)
+            w0, w1 = np.uint32(taps[t]), np.uint32(taps[t + 1])
+            w2, w3 = np.uint32(taps[t + 2]), np.uint32(taps[t + 3])
+            for i in range(size):
+                one = np.uint16((np.uint32(level[at + 9 + i]) * w0) >> 16)
+                two = np.uint16((np.uint32(level[at + 6 + i]) * w1) >> 16)
+                three = np.uint16((np.uint32(level[at + 3 + i]) * w2) >> 16)
+                four = np.uint16((np.uint32(level[at + i]) * w3) >> 16)
+                part = np.uint16(np.uint16(one + two) + np.uint16(three + four))
+                total[i] = np.uint16(total[i] + part)
+        for b in range(runs[0, r, 0], runs[0, r, 1]):
+            start, at = max(BLOCK * b, 0), max(BLOCK * (b - runs[0, r, 0]), 0)
+            for i in range(BLOCK):
+                out[start + i] = table[total[at + i] >> COARSE]
 
 
 @compiled
@@ -325,57 +322,65 @@ def _copy(source: Image, out: Image) -> None:
 
 
 @compiled
-def _widen(source: Image, out: Words) -> None:
-    for i in range(len(out)):
-        out[i] = np.int16(np.int16(source[i]) << 6)
+def _widen_runs(runs: Places, count: int, source: Image, out: Words) -> None:
+    for r in range(count):
+        start, size = max(BLOCK * runs[1, r, 0], 0), max(BLOCK * (runs[1, r, 1] - runs[1, r, 0]), 0)
+        for i in range(size):
+            out[start + i] = np.int16(np.int16(source[start + i]) << 6)
 
 
 @compiled
 def _gain_of_row(factors: Words, columns: Words, gain: Levels) -> None:
     """Compose a row's gain on codes of two products of a row and a column factor, and a third number."""
     one, two, base = factors[0], factors[1], factors[2]
-    for i in range(len(gain)):
+    for i in range(columns.shape[1]):
         part = np.int16(base + np.int16((np.int32(columns[0, i]) * np.int32(one)) >> 16))
         gain[i] = np.uint16(np.int16(part + np.int16((np.int32(columns[1, i]) * np.int32(two)) >> 16)))
 
 
 @compiled
-def _light(row: Words, gain: Levels) -> None:
-    for i in range(len(row)):
-        doubled = np.uint16((np.uint16(row[i]) << 1) + 2 * OFFSET)
-        raised = np.uint16(gain[i] << 2)
-        product = np.uint16((np.uint32(doubled) * np.uint32(raised)) >> 16)
-        value = np.int16(np.int32(product) - OFFSET)
-        row[i] = min(max(value, np.int16(0)), np.int16(BRIGHTEST))
+def _light_runs(
+    runs: Places, count: int, row: Words, gain: Levels, least: Levels, most: Levels, before: Words
+) -> None:
+    """Multiply light; where that matters hold it between the lines of least and greatest gain (1/4096)."""
+    for r in range(count):
+        if len(least) > 0:
+            for i in range(BLOCK * runs[1, r, 0], BLOCK * runs[1, r, 1]):
+                before[i] = row[i]
+        start, size = max(BLOCK * runs[1, r, 0], 0), max(BLOCK * (runs[1, r, 1] - runs[1, r, 0]), 0)
+        for i in range(size):
+            doubled = np.uint16((np.uint16(row[start + i]) << 1) + 2 * OFFSET)
+            raised = np.uint16(gain[start + i] << 2)
+            product = np.uint16((np.uint32(doubled) * np.uint32(raised)) >> 16)
+            value = np.int16(np.int32(product) - OFFSET)
+            row[start + i] = min(max(value, np.int16(0)), np.int16(BRIGHTEST))
+        if len(least) > 0:
+            for i in range(BLOCK * runs[1, r, 0], min(BLOCK * runs[1, r, 1], len(least))):
+                low = min((np.int64(before[i]) * least[i]) >> 12, BRIGHTEST)
+                high = (np.int64(before[i]) * most[i]) >> 12
+                row[i] = np.int16(min(max(np.int64(row[i]), low), high))
 
 
 @compiled
-def _hold(source: Words, row: Words, least: Levels, most: Levels) -> None:
-    """Hold light between the lines of the least and the greatest gain, in 1/4096."""
-    for i in range(len(row)):
-        low = min((np.int64(source[i]) * least[i]) >> 12, BRIGHTEST)
-        high = (np.int64(source[i]) * most[i]) >> 12
-        row[i] = np.int16(min(max(np.int64(row[i]), low), high))
-
-
-@compiled
-def _spread(row: Words, law: Words, out: Words) -> None:
-    """Return the standard deviation of the noise of each level: a line with three bends."""
+def _spread_runs(runs: Places, count: int, row: Words, law: Words, step: int, out: Words) -> None:
+    """Find the standard deviation of the noise of each level: a line with three bends, times ``step``."""
     base, c0, c1, c2, c3 = law[0], law[1], law[2], law[3], law[4]
-    t1, t2, t3 = law[5], law[6], law[7]
-    for i in range(len(row)):
-        level = row[i]
-        std = np.int16(base + np.int16((np.int32(level) * np.int32(c0)) >> 16))
-        std = np.int16(std + np.int16((np.int32(np.int16(max(level, t1) - t1)) * np.int32(c1)) >> 16))
-        std = np.int16(std + np.int16((np.int32(np.int16(max(level, t2) - t2)) * np.int32(c2)) >> 16))
-        out[i] = np.int16(std + np.int16((np.int32(np.int16(max(level, t3) - t3)) * np.int32(c3)) >> 16))
+    t1, t2, t3, times = law[5], law[6], law[7], np.int16(step)
+    for r in range(count):
+        start, size = max(BLOCK * runs[1, r, 0], 0), max(BLOCK * (runs[1, r, 1] - runs[1, r, 0]), 0)
+        for i in range(size):
+            level = row[start + i]
+            std = np.int16(base + np.int16((np.int32(level) * np.int32(c0)) >> 16))
+            std = np.int16(std + np.int16((np.int32(np.int16(max(level, t1) - t1)) * np.int32(c1)) >> 16))
+            std = np.int16(std + np.int16((np.int32(np.int16(max(level, t2) - t2)) * np.int32(c2)) >> 16))
+            std = np.int16(std + np.int16((np.int32(np.int16(max(level, t3) - t3)) * np.int32(c3)) >> 16))
+            out[start + i] = np.int16(std * times)
 
 
 @compiled
-def _store_noisy(row: Words, std: Words, noise: Words, step: int, out: Image) -> None:
+def _store_noisy(row: Words, std: Words, noise: Words, out: Image) -> None:
     for i in range(len(out)):
-        part = np.int16((np.int32(noise[i]) * np.int32(std[i])) >> 16)
-        error = np.int16(np.int16(part) * np.int16(step))
+        error = np.int16((np.int32(noise[i]) * np.int32(std[i])) >> 16)
         code = np.int16(np.int16(np.int16(row[i] + error) + np.int16(FINE // 2)) >> 6)
         out[i] = np.uint8(max(min(code, np.int16(255)), np.int16(0)))
 
@@ -390,17 +395,18 @@ def _store(row: Words, out: Image) -> None:
 @compiled
 def _drop_bits(out: Image, bits: int) -> None:
     """Keep the upper bits and repeat them below, so that black stays black and white white."""
-    lost = 8 - bits
+    lost = np.uint8(8 - bits)
+    again = np.uint8(bits - lost)
     for i in range(len(out)):
-        upper = np.int64(out[i]) >> lost
-        out[i] = np.uint8((upper << lost) | (upper >> (bits - lost)))
+        upper = np.uint8(out[i] >> lost)
+        out[i] = np.uint8(np.uint8(upper << lost) | np.uint8(upper >> again))
 
 
 @compiled
 def spoil(
     image: Image,
     psf: FloatArray,
-    down: Sums,
+    down: Levels,
     shear: float,
     length: float,
     rows: Words,
@@ -417,14 +423,18 @@ def spoil(
     kept: Image,
     linear: Levels,
     blocks: Image,
+    active_words: NDArray[np.uint64],
     mask: Image,
     mask_words: NDArray[np.uint64],
     level: Levels,
-    total: Sums,
+    total: Levels,
     words: Words,
     gain: Levels,
     box: FloatArray,
-    taps: Sums,
+    taps: Levels,
+    places: Places,
+    hot: Image,
+    runs: Places,
 ) -> None:
     """Spoil a picture in place.
 
@@ -434,91 +444,127 @@ def spoil(
         down: The same down a column, as weights that sum to ``ONE``.
         shear: Shift of a row to the right over that of the row above (px); the middle row stays.
         length: Of the motion blur (px).
-        rows: Two row factors of the gain, and 1 for rounding, ``(h, 3)``; every other row is used; none for
-            a gain of 1.
+        rows: Two row factors of the gain, and 1 for rounding, ``(h, 3)``; one row in ``GAIN_ROWS`` is used;
+            none for a gain of 1.
         columns: Two column factors of the gain, ``(2, 3 w)``.
         least: Of all gains of a byte's channel (1/4096), ``(3 w,)``; empty where the toe needs no care.
         most: The greatest.
-        law: Of the noise; empty for none; see :func:`_spread`.
-        step: What the noise is multiplied with.
+        law: Of the noise; empty for none; see :func:`_spread_runs`.
+        step: What the spread is multiplied with.
         stream: Gaussian numbers, ``STARTS + 3 w``.
         state: Of the generator that tells where each row's window begins, 1 to 2^31 - 2.
         bits: Of a stored channel.
         decode: Code to linear light, 256.
-        encode: Linear light to 1/64 codes, 65536.
-        kept: Scratch ring of rows, ``(2 r + 2, 3 w)`` for a kernel of radius r.
+        encode: Linear light to 1/64 codes.
+        kept: Zeros: ring of rows, ``(2 r + 2, m)`` for a kernel of radius r; m is 3 w, filled up to words.
         linear: Scratch ring of the same rows in linear light.
-        blocks: Scratch, ``(2, 2 r + 2, blocks)``.
-        mask: Zeros, three bytes for every pixel of every block.
+        blocks: Scratch, ``(3, 2 r + 2, m / BLOCK)``.
+        active_words: Its last part's first row, eight blocks at a time.
+        mask: Zeros, ``(m,)``.
         mask_words: The same memory.
-        level: Scratch, ``9 w + 2 MARGIN``.
-        total: Scratch, ``3 w``.
-        words: Scratch, ``(3, 3 w)``.
-        gain: Scratch, ``3 w``.
+        level: Scratch, ``3 m + 2 MARGIN``.
+        total: Scratch, ``m``.
+        words: Scratch, ``(3, m)``.
+        gain: Scratch, ``m``.
         box: Scratch, see :func:`blur_taps`.
-        taps: Scratch, seven more than there can be taps.
+        taps: Scratch, ``(PHASES, n)`` with n ``TAPS`` more than there can be.
+        places: Scratch, ``(6, max(PHASES, 2 r + 2))``.
+        hot: Zeros, ``3 m / BLOCK``.
+        runs: Scratch, ``(2, m / BLOCK, 2)``.
     """
     height, n = image.shape
     radius, size = len(down) // 2, kept.shape[0]
-    changes, known = blocks[0], blocks[1]
-    ring = (kept, linear, known, decode)
-    changed = np.empty(blocks.shape[2], dtype=np.uint8)
-    lines = np.empty(len(down), dtype=np.int64)
-    codes, before, std = words[0], words[1], words[2]
-    blurred = radius > 0 or length > 0.0 or shear != 0.0
-    first, count = 0, 0
-    read, alike = 0, 0
+    changes, known, active = blocks[0], blocks[1], blocks[2, 0]
+    firsts, counts, slots, fresh = places[0], places[1], places[2], places[3]
+    lines, pages = places[4, : len(down)], places[5, : len(down)]
+    row, before, std = words[0], words[1], words[2]
+    inner, inner_std = row[:n], std[:n]
+    blurs = radius > 0 or length > 0.0 or shear != 0.0
+    for i in range(len(counts)):
+        counts[i] = 0
+    for b in range(len(active)):
+        active[b] = 0
+    read, slot, ahead, back = 0, size - 1, 0, 0
+    blurred, developed = 0, 0
     for y in range(height):
-        source = image[y]
-        _widen(source, codes)
-        if blurred:
-            while read < min(y + radius + 1, height):
-                here = read % size
-                _copy(image[read], kept[here])
+        while read < min(y + radius + 1, height):
+            # Rows that are the same share a page; their changes differ once more, for the first has its own
+            # against the row above.
+            here, above = read % size, (read + size - 1) % size
+            if read == 0 or _differ(image[read], kept[slot, :n]):
+                last = slot
+                slot = (slot + 1) % size
+                page = kept[slot]
+                _copy(image[read], page[:n])
                 for b in range(known.shape[1]):
-                    known[here, b] = 0
-                above = (read + size - 1) % size if read > 0 else here
-                alike = 0 if _differ(kept[here], kept[above]) else alike + 1
-                if alike < 2 or read < 2:
-                    _find_changes(kept[here], kept[above], mask, mask_words, changes[here])
-                else:  # the third of equal rows changes where the second does
-                    _copy(changes[above], changes[here])
-                read += 1
-            if y == 0 or shear != 0.0:
-                shift = shear * (y + 0.5 - height / 2.0)
-                first, count = blur_taps(psf, shift, length, box, taps)
-                taps[count : count + 7] = 0
-            _blur_row(
-                ring,
-                changes,
-                y,
-                height,
-                down,
-                taps,
-                first,
-                count,
-                changed,
-                lines,
-                level,
-                total,
-                codes,
-                encode,
-            )
+                    known[slot, b] = 0
+                over = kept[slot if read == 0 else last]
+                if blurs:
+                    _find_changes(page[:n], over[:n], mask, mask_words, changes[here])
+                fresh[here] = 2
+            elif not blurs:
+                fresh[here] = 0
+            elif fresh[above] == 2:
+                page = kept[slot]
+                _find_changes(page[:n], page[:n], mask, mask_words, changes[here])
+                fresh[here] = 1
+            else:
+                _copy(changes[above], changes[here])
+                fresh[here] = 0
+            slots[here] = slot
+            read += 1
+        shift = math.floor(shear * (y + 0.5 - height / 2.0) * PHASES + 0.5)
+        phase = shift % PHASES
+        if blurs and counts[phase] == 0:
+            firsts[phase], counts[phase] = blur_taps(psf, phase / PHASES, length, box, taps[phase])
+            for i in range(counts[phase], counts[phase] + TAPS):
+                taps[phase, i] = 0
+        first, count = firsts[phase] + shift // PHASES, counts[phase]
+        # A change is seen by every block that looks at it, from its last tap to its first, and by its own,
+        # so that a block which is left alone may keep what it has.
+        seen_ahead, seen_back = ahead, back
+        if blurs:
+            ahead = (3 * max(-first, 0) + BLOCK - 1) // BLOCK
+            back = (3 * max(first + count - 1, 0) + BLOCK - 1) // BLOCK
+        news = y == 0 or ahead != seen_ahead or back != seen_back
+        for j in range(len(down)):
+            lines[j] = min(max(y + j - radius, 0), height - 1) % size
+            pages[j] = slots[lines[j]]
+            news = news or fresh[lines[j]] != 0
+        if not blurs:
+            developed = 0
+        elif news:
+            blurred, developed = _find_runs(changes, lines, ahead, back, active, active_words, hot, runs)
+        else:  # as in the row above, but what was blurred there only is developed again
+            developed = blurred
+            for r in range(blurred):
+                runs[1, r, 0], runs[1, r, 1] = runs[0, r, 0], runs[0, r, 1]
+        anew = y % SPREAD_ROWS == 0 or (not blurs and news)
+        changed = developed > 0 or anew
+        if anew or (y % GAIN_ROWS == 0 and len(rows) > 0):
+            runs[1, 0, 0], runs[1, 0, 1] = 0, len(active)
+            developed = 1
+        if developed > 0:
+            _widen_runs(runs, developed, kept[slots[y % size]], row)
+        if blurred > 0:
+            _linear_runs(runs, blurred, back, ahead, pages, kept, linear, known, decode)
+            _down_runs(runs, blurred, back, ahead, pages, linear, down, level)
+            before_first = BLOCK * back if runs[0, 0, 0] < back else 0
+            behind_last = BLOCK * (ahead + WORD) if runs[0, blurred - 1, 1] + ahead >= n // BLOCK else 0
+            _go_on(level, len(row) + MARGIN, n, min(before_first, n), min(behind_last, n))
+            _along_runs(runs, blurred, first, taps[phase], count, level, total, row, encode)
         if len(rows) > 0:
-            if y % 2 == 0:
+            if y % GAIN_ROWS == 0:
                 _gain_of_row(rows[y], columns, gain)
-            if len(least) > 0:
-                for i in range(n):
-                    before[i] = codes[i]
-            _light(codes, gain)
-            if len(least) > 0:
-                _hold(before, codes, least, most)
+            if developed > 0:
+                _light_runs(runs, developed, row, gain, least, most, before)
         if len(law) > 0:
+            if changed:
+                _spread_runs(runs, developed, row, law, step, std)
             state = state * LEHMER % LEHMER_PRIME
             begin = state % STARTS
-            _spread(codes, law, std)
-            _store_noisy(codes, std, stream[begin : begin + n], step, source)
+            _store_noisy(inner, inner_std, stream[begin : begin + n], image[y])
         else:
-            _store(codes, source)
+            _store(inner, image[y])
         if bits < 8:
-            _drop_bits(source, bits)
+            _drop_bits(image[y], bits)

@@ -159,11 +159,11 @@ def discrete_gaussian(std: float) -> FloatArray:
     return np.asarray(weights / weights.sum(), dtype=np.float64)
 
 
-def _weights(psf: FloatArray) -> NDArray[np.int32]:
-    """Return whole weights that sum to ``ONE``."""
-    weights = np.rint(psf * ONE).astype(np.int32)
+def _weights(psf: FloatArray) -> NDArray[np.uint16]:
+    """Return whole weights that sum to ``ONE``, or one less."""
+    weights = np.rint(psf * ONE).astype(np.int64)
     weights[len(psf) // 2] += ONE - weights.sum()
-    return weights
+    return np.minimum(weights, ONE - 1).astype(np.uint16)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

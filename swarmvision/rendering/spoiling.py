@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
-from swarmvision.rendering.effects import LEHMER_PRIME, Image, Levels, Sums, Words
+from swarmvision.rendering.effects import LEHMER_PRIME, Image, Levels, Places, Words
 
 
 class Faults(NamedTuple):
@@ -19,7 +19,7 @@ class Faults(NamedTuple):
     idle: bool
     """Whether a lens that does not turn takes perfect pictures."""
     psf: FloatArray
-    down: Sums
+    down: Levels
     rows: Words
     columns: Words
     least: Levels
@@ -38,33 +38,42 @@ class Dirt(NamedTuple):
     kept: Image
     linear: Levels
     blocks: Image
+    active_words: NDArray[np.uint64]
     mask: Image
     mask_words: NDArray[np.uint64]
     level: Levels
-    total: Sums
+    total: Levels
     words: Words
     gain: Levels
     box: FloatArray
-    taps: Sums
+    taps: Levels
+    places: Places
+    hot: Image
+    runs: Places
 
     @classmethod
     def of(cls, width_px: int, faults: Faults) -> Dirt:
         """Return memory for pictures of a width."""
-        n, kernel = 3 * width_px, len(faults.psf)
-        blocks, reach = -(-width_px // effects.BLOCK), width_px + 2 * kernel + 16
-        mask = np.zeros(3 * effects.BLOCK * blocks, np.uint8)
+        kernel, word = len(faults.psf), effects.BLOCK * effects.WORD
+        n = -(-3 * width_px // word) * word
+        size, reach = n // effects.BLOCK, width_px + 2 * kernel + 16
+        mask, blocks = np.zeros(n, np.uint8), np.zeros((3, kernel + 1, size), np.uint8)
         return cls(
-            np.empty((kernel + 1, n), np.uint8),
-            np.empty((kernel + 1, n), np.uint16),
-            np.empty((2, kernel + 1, blocks), np.uint8),
-            mask,
-            mask.view(np.uint64),
-            np.zeros(3 * n + 2 * effects.MARGIN, np.uint16),
-            np.empty(n, np.int32),
-            np.empty((3, n), np.int16),
-            np.empty(n, np.uint16),
-            np.empty(reach),
-            np.empty(reach, np.int32),
+            kept=np.zeros((kernel + 1, n), np.uint8),
+            linear=np.zeros((kernel + 1, n), np.uint16),
+            blocks=blocks,
+            active_words=blocks[2, 0].view(np.uint64),
+            mask=mask,
+            mask_words=mask.view(np.uint64),
+            level=np.zeros(3 * n + 2 * effects.MARGIN, np.uint16),
+            total=np.zeros(n, np.uint16),
+            words=np.zeros((3, n), np.int16),
+            gain=np.zeros(n, np.uint16),
+            box=np.zeros(reach),
+            taps=np.zeros((effects.PHASES, reach), np.uint16),
+            places=np.zeros((6, max(effects.PHASES, kernel + 1)), np.int64),
+            hot=np.zeros(3 * size, np.uint8),
+            runs=np.zeros((2, size, 2), np.int64),
         )
 
 
@@ -102,6 +111,7 @@ def spoil_picture(image: Image, key: int, shear: float, length: float, faults: F
         dirt.kept,
         dirt.linear,
         dirt.blocks,
+        dirt.active_words,
         dirt.mask,
         dirt.mask_words,
         dirt.level,
@@ -110,4 +120,7 @@ def spoil_picture(image: Image, key: int, shear: float, length: float, faults: F
         dirt.gain,
         dirt.box,
         dirt.taps,
+        dirt.places,
+        dirt.hot,
+        dirt.runs,
     )
