@@ -53,6 +53,12 @@ def copy_row(source: Image, out: Image) -> None:
         out[i] = source[i]
 
 
+@compiled
+def _three(i: int) -> tuple[np.uint64, np.uint64, np.uint64]:
+    """Return three places in a row, unsigned."""
+    return np.uint64(i), np.uint64(i + 1), np.uint64(i + 2)
+
+
 # One function without calls that take arrays: each such call would count references, which costs more than
 # a column. Hence also a single way out of each loop.
 
@@ -130,62 +136,73 @@ def paint_sheet(
                 one = two = lower
             done[k, 0], done[k, 1] = one, two
             # No index counts from the end, which the compiler has to see, or it copies byte by byte.
-            x, c, band, size = max(3 * (first + start), 0), max(3 * start, 0), max(k, 0), 3 * (stop - start)
+            x, c, own, size = max(3 * (first + start), 0), max(3 * start, 0), max(k, 0), 3 * (stop - start)
             for y in range(max(one, 0), two):
                 for b in range(size):
-                    image[y, x + b] = codes[band, c + b]
+                    image[y, x + b] = codes[own, c + b]
         for column in range(start, stop):
-            x, c, at = 3 * (first + column), 3 * column, column - lag
+            # Unsigned, for else the compiler asks of each index whether it counts from the end.
+            x0, x1, x2 = _three(3 * (first + column))
+            c0, c1, c2 = _three(3 * column)
+            here, next_ = np.uint64(column - lag), np.uint64(column - lag + 1)
             # Edge k is the next below, so this is band k - 1. All rows in one loop, which stays scalar: one
             # over the rows of a run would be made a scatter, too dear for so few.
             k = 0 if skip[column] == 0 else bands + 1
-            y = min(max(math.floor(min(rows[0, at], rows[0, at + 1])), upper), lower)
+            y = min(max(math.floor(min(rows[0, here], rows[0, next_])), upper), lower)
             while y < lower and k <= bands:
-                high, low = rows[k, at], rows[k, at + 1]
+                edge, band, line = np.uint64(k), np.uint64(max(k - 1, 0)), np.uint64(y)
+                high, low = rows[edge, here], rows[edge, next_]
                 if high > low:
                     high, low = low, high
                 if low <= y:
                     k += 1
                 elif high < y + 1:
                     under0, under1, under2 = (
-                        decode[image[y, x]],
-                        decode[image[y, x + 1]],
-                        decode[image[y, x + 2]],
+                        decode[image[line, x0]],
+                        decode[image[line, x1]],
+                        decode[image[line, x2]],
                     )
                     from0, from1, from2 = under0, under1, under2
                     if k > 0:
-                        from0, from1, from2 = lights[k - 1, c], lights[k - 1, c + 1], lights[k - 1, c + 2]
+                        from0, from1, from2 = lights[band, c0], lights[band, c1], lights[band, c2]
                     value0, value1, value2 = from0, from1, from2
-                    j = k
-                    while j <= bands and (j == k or min(rows[j, at], rows[j, at + 1]) < y + 1):
-                        share = share_below(rows[j, at], rows[j, at + 1], y)
+                    one, two, j = rows[edge, here], rows[edge, next_], k
+                    while j <= bands:
+                        share = share_below(one, two, y)
                         to0, to1, to2 = under0, under1, under2
                         if j < bands:
-                            to0, to1, to2 = lights[j, c], lights[j, c + 1], lights[j, c + 2]
+                            edge = np.uint64(j)
+                            to0, to1, to2 = lights[edge, c0], lights[edge, c1], lights[edge, c2]
                         value0 += share * (to0 - from0)
                         value1 += share * (to1 - from1)
                         value2 += share * (to2 - from2)
                         from0, from1, from2 = to0, to1, to2
                         j += 1
-                    value0 = cover * value0 + rest * under0
-                    value1 = cover * value1 + rest * under1
-                    value2 = cover * value2 + rest * under2
-                    image[y, x] = encode[int(max(value0, 0.0) + 0.5)]
-                    image[y, x + 1] = encode[int(max(value1, 0.0) + 0.5)]
-                    image[y, x + 2] = encode[int(max(value2, 0.0) + 0.5)]
+                        if j <= bands:
+                            edge = np.uint64(j)
+                            one, two = rows[edge, here], rows[edge, next_]
+                            if min(one, two) >= y + 1:
+                                j = bands + 1
+                    if cover < 1.0:
+                        value0 = cover * value0 + rest * under0
+                        value1 = cover * value1 + rest * under1
+                        value2 = cover * value2 + rest * under2
+                    image[line, x0] = encode[np.uint64(int(max(value0, 0.0) + 0.5))]
+                    image[line, x1] = encode[np.uint64(int(max(value1, 0.0) + 0.5))]
+                    image[line, x2] = encode[np.uint64(int(max(value2, 0.0) + 0.5))]
                     y += 1
                 elif cover < 1.0:
-                    value0 = cover * lights[k - 1, c] + rest * decode[image[y, x]]
-                    value1 = cover * lights[k - 1, c + 1] + rest * decode[image[y, x + 1]]
-                    value2 = cover * lights[k - 1, c + 2] + rest * decode[image[y, x + 2]]
-                    image[y, x] = encode[int(value0 + 0.5)]
-                    image[y, x + 1] = encode[int(value1 + 0.5)]
-                    image[y, x + 2] = encode[int(value2 + 0.5)]
+                    value0 = cover * lights[band, c0] + rest * decode[image[line, x0]]
+                    value1 = cover * lights[band, c1] + rest * decode[image[line, x1]]
+                    value2 = cover * lights[band, c2] + rest * decode[image[line, x2]]
+                    image[line, x0] = encode[np.uint64(int(value0 + 0.5))]
+                    image[line, x1] = encode[np.uint64(int(value1 + 0.5))]
+                    image[line, x2] = encode[np.uint64(int(value2 + 0.5))]
                     y += 1
-                elif done[k - 1, 0] <= y < done[k - 1, 1]:
-                    y = done[k - 1, 1]
+                elif done[band, 0] <= y < done[band, 1]:
+                    y = done[band, 1]
                 else:
-                    image[y, x], image[y, x + 1] = codes[k - 1, c], codes[k - 1, c + 1]
-                    image[y, x + 2] = codes[k - 1, c + 2]
+                    image[line, x0], image[line, x1] = codes[band, c0], codes[band, c1]
+                    image[line, x2] = codes[band, c2]
                     y += 1
         start = stop
