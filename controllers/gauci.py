@@ -31,7 +31,7 @@ WHEELS = {
 }
 """Left and right with nobody ahead, left and right with a robot ahead; 1 is ``config.speed``."""
 
-BEAM_DEG = {"aggregation": 2.0, "dispersal": 2.0, "milling": 12.0, "pursuit": 10.0}
+BEAM_DEG = {"aggregation": 6.0, "dispersal": 2.0, "milling": 12.0, "pursuit": 10.0}
 """Half width of the line of sight (deg); for an even ring of ten, the next one is 18 deg to the right."""
 
 

@@ -13,6 +13,7 @@ from swarmvision.config.controller import (
 )
 from swarmvision.controllers.avoidance import LAYER as AVOIDANCE
 from swarmvision.controllers.beeclust import LAW as BEECLUST
+from swarmvision.controllers.chain import LAW as CHAIN
 from swarmvision.controllers.cohesion import LAW as COHESION
 from swarmvision.controllers.connectivity import LAYER as CONNECTIVITY
 from swarmvision.controllers.couzin import LAW as COUZIN
@@ -41,6 +42,7 @@ from swarmvision.data import Commands, Senses
 
 _LAWS = (
     BEECLUST,
+    CHAIN,
     COHESION,
     COUZIN,
     DOG,

@@ -1,12 +1,12 @@
 """Aggregation by three states: approach the others, wait with them, leave them for a while.
 
 Source: O. Soysal, E. Sahin, "Probabilistic aggregation strategies in swarm robotic systems", IEEE Swarm
-Intelligence Symposium 2005, doi:10.1109/SIS.2005.1501639: a robot approaches until one is near, waits, leaves
-with a probability in every step, and returns with another; below it, walls are avoided.
+Intelligence Symposium 2005, doi:10.1109/SIS.2005.1501639: a robot approaches until one is near, waits,
+leaves with a probability in every step, and returns with another; below it, walls are avoided.
 
-Where we differ: the paper's robots hear where the others are loudest; ours see them, and go where the inverse
-squares of the ranges add up to, which is what sound would do. Probabilities are rates per second, so that
-they do not depend on the control period; their values are ours.
+Where we differ: the paper's robots hear where the others are loudest; ours see them, and go where the
+inverses of the ranges add up to, which is how sound pressure falls. Probabilities are rates per second, so
+that they do not depend on the control period; their values are ours.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def step(senses: Senses, memory: SoysalMemory, config: SoysalConfig) -> tuple[Co
     rate = np.where(memory.leaving, config.return_rate, np.where(near, config.leave_rate, 0.0))
     changed = memory.chance.even() < 1.0 - np.exp(-rate * senses.dt)
     leaving = memory.leaving ^ changed
-    way = unit(others.total(others.towards / others.distance**2)) * np.where(leaving, -1.0, 1.0)
+    way = unit(others.total(others.towards / others.distance)) * np.where(leaving, -1.0, 1.0)
     way = way + OBSTACLE_GAIN * push_of_obstacles(senses, config.obstacle_range, CONTACT_RANGE)
     moving = turn_and_go(way.real, way.imag, config.speed, config.turn_gain)
     waits = near & ~leaving

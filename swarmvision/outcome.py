@@ -87,16 +87,17 @@ def _lattice(scenario: ScenarioConfig, place: FloatArray) -> dict[str, Any]:
 
 
 def _chain(scenario: ScenarioConfig, place: FloatArray) -> dict[str, Any]:
-    """Return how many robots hang together with the nest, the last robot, and how far (m) they reach."""
-    law = scenario.controller
-    link = CHAIN_LINK * law.spacing if isinstance(law, ChainConfig) else FLOCK_LINK
-    if not len(place):
+    """Return how many robots hang together with the nest, which is the goal, and how far (m) they reach."""
+    law, goal = scenario.controller, scenario.goal
+    if goal is None or not len(place):
         return {"chain_members_final": 0, "chain_length_final": 0.0}
-    labels = cluster_labels(place, link)
-    chain = place[labels == labels[-1]]
+    link = CHAIN_LINK * law.spacing if isinstance(law, ChainConfig) else FLOCK_LINK
+    nest = np.array([[goal.x, goal.y]])
+    labels = cluster_labels(np.vstack([place, nest]), link)
+    chain = place[labels[:-1] == labels[-1]]
     return {
-        "chain_members_final": len(chain) - 1,
-        "chain_length_final": float(np.hypot(*(chain - place[-1]).T).max()),
+        "chain_members_final": len(chain),
+        "chain_length_final": float(np.hypot(*(chain - nest).T).max(initial=0.0)),
     }
 
 

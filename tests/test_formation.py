@@ -87,3 +87,14 @@ def test_the_apex_is_straight_off_the_line_through_the_partners() -> None:
     way = out_of_place(crowd(there, 1.0), 0.3)
     assert way == pytest.approx(1.0 / 3.0 - 0.3 / np.sqrt(3.0))
     assert controller(HanadaConfig()).act(there).speed > 0.0
+
+
+def test_robots_line_up_from_a_nest() -> None:
+    goal = {"x": 0.0, "y": 0.0, "radius": 0.1}
+    start = {"x": 0.9, "y": 0.0, "radius": 0.5}
+    place = settled(4, 60.0, controller={"law": "chain"}, goal=goal, start=start)
+    away = np.sort(np.hypot(*place.T))
+    assert away[0] == pytest.approx(0.28, abs=0.05)
+    # Members stand a spacing apart, give or take the tolerance.
+    assert away[2] > 2.0 * 0.28
+    assert np.diff(away).min() > 0.1

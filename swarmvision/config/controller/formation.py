@@ -82,15 +82,9 @@ class HanadaConfig(Settings):
 
 
 class ChainConfig(Settings):
-    """A chain of standing robots from a nest outwards, each pointing on."""
+    """A chain of standing robots from a nest, the goal, outwards."""
 
     law: Literal["chain"] = "chain"
-
-    nest: Annotated[int, Field(ge=0, le=100)] = 1
-    """The team whose robots are nests."""
-
-    role: Literal["explorer", "nest"] = "explorer"
-    """A nest stands still."""
 
     spacing: Range = 0.28
     """Between members (m)."""
@@ -104,7 +98,7 @@ class ChainConfig(Settings):
     clearance: Range = 0.20
     """Robots ahead within this are gone round (m)."""
 
-    join_rate: Rate = 2.0
+    join_rate: Rate = 1.0
     """Chance to become a member at the end of the chain, per second."""
 
     leave_rate: Rate = 0.0

@@ -81,7 +81,7 @@ class BeeclustConfig(Settings):
     turn_rate: Gain = 2.0
     """While turning (rad/s)."""
 
-    robot_range: Range = 0.22
+    robot_range: Range = 0.18
     """A robot ahead within this is met (m)."""
 
     obstacle_range: Range = 0.14
