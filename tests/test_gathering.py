@@ -84,7 +84,7 @@ def test_a_bee_that_meets_one_stands_waits_turns_and_drives_on() -> None:
     control = controller(config)
     memory, speeds, turns = control.begin(np.array([7], dtype=np.uint64)), [], []
     for i in range(60):
-        commands, memory = control.step(beside(0.2 if i < 16 else 1.0), memory)
+        commands, memory = control.step(beside(0.15 if i < 16 else 1.0), memory)
         speeds.append(float(commands.speed[0]))
         turns.append(float(commands.turn_rate[0]))
     turning = np.flatnonzero(np.array(turns))
