@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import AvoidanceConfig
+from swarmvision.controllers.crowd import FARTHEST
 from swarmvision.controllers.law import Layer
 from swarmvision.data import SECTOR_BEARINGS, BoolArray, Commands, Senses
 from swarmvision.geometry import FloatArray
@@ -18,7 +19,8 @@ from swarmvision.geometry import FloatArray
 def avoid(commands: Commands, senses: Senses, config: AvoidanceConfig) -> Commands:
     """Return the commands ``(...)`` with less speed towards what is near, and a turn away from it."""
     neighbours = senses.neighbours
-    distance = np.concatenate([np.where(neighbours.seen, neighbours.range, np.inf), senses.proximity], -1)
+    others = np.where(neighbours.seen, neighbours.range, np.inf)
+    distance = np.minimum(np.concatenate([others, senses.proximity], -1), FARTHEST)
     sectors = np.broadcast_to(SECTOR_BEARINGS, senses.proximity.shape)
     bearing = np.concatenate([np.where(neighbours.seen, neighbours.bearing, 0.0), sectors], -1)
     near = np.clip((config.slow_range - distance) / (config.slow_range - config.stop_range), 0.0, 1.0)

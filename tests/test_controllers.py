@@ -14,7 +14,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarmvision.config.controller import CohesionConfig, GauciConfig, KobotConfig
+from swarmvision.config.controller import (
+    AvoidanceConfig,
+    CohesionConfig,
+    ConnectivityConfig,
+    GauciConfig,
+    KobotConfig,
+    LayerConfig,
+)
 from swarmvision.config.model import validated
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.controllers import LAWS, Controller, controller
@@ -208,7 +215,8 @@ def test_commands_are_finite_for_anything(
         silhouette=silhouette,
     )
     key = np.zeros((), dtype=np.uint64)
-    commands = played(controller(usual(name)), [senses, mirrored(senses), senses], key)
+    layers: list[LayerConfig] = [AvoidanceConfig(), ConnectivityConfig()]
+    commands = played(controller(usual(name), layers), [senses, mirrored(senses), senses], key)
     assert np.isfinite(commands).all()
 
 
