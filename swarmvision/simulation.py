@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -97,12 +97,18 @@ class Simulation:
         self._teams = _teams(scenario, seed)
         looks = any("silhouette" in team.controller.inputs for team in self._teams)
 
-        def sensor(config: SensorConfig) -> Sensor:
-            return sensor_of(config, scenario, seed, keep_pictures=keep_pictures or looks, workers=workers)
+        def sensor(config: SensorConfig, rows: Iterable[slice]) -> Sensor:
+            everybody = range(scenario.robots)
+            idle = set(everybody).difference(*(everybody[asked] for asked in rows))
+            return sensor_of(
+                config, scenario, seed, keep_pictures=keep_pictures or looks, workers=workers, idle=idle
+            )
 
-        self._sensor = sensor(scenario.sensor)
+        others = list(zip(scenario.teams, (team.rows for team in self._teams[1:]), strict=True))
+        common = [self._teams[0].rows, *(rows for team, rows in others if team.sensor is None)]
+        self._sensor = sensor(scenario.sensor, common)
         self._own_sensors = [
-            sensor(team.sensor) if team.sensor is not None else self._sensor for team in scenario.teams
+            sensor(team.sensor, [rows]) if team.sensor is not None else self._sensor for team, rows in others
         ]
         self._silhouettes = Silhouettes(self._sensor, scenario) if looks else None
         self._step = 0

@@ -92,6 +92,18 @@ def test_teams_keep_their_own_laws_senses_and_places() -> None:
     assert (commands.speed[:2] > 0.0).any()
 
 
+def test_nobody_takes_pictures_that_nobody_asks_for() -> None:
+    watched = [{**SHEEP, "sensor": {"kind": "truth"}}]
+    simulation = Simulation(scenario(robots=5, sensor=CAMERA, teams=watched), 3, keep_pictures=True)
+    alone = Simulation(scenario(robots=5, sensor=CAMERA), 3)
+    estimates, everybody = simulation.sense(), alone.sense()
+    assert {picture.robot for picture in simulation.pictures} == {0, 1}
+    for robot in (0, 1):
+        seen = estimates.range[robot][estimates.seen[robot]]
+        assert seen.tolist() == everybody.range[robot][everybody.seen[robot]].tolist()
+    assert (estimates.count[2:] > 0).any()
+
+
 def test_more_robots_in_teams_than_robots_is_refused() -> None:
     with pytest.raises(ConfigError, match="robots must be at least those of its teams, 3, got 2"):
         scenario(robots=2, teams=[SHEEP])

@@ -9,7 +9,7 @@ shares of them in any order and the result is the same for any number of workers
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import pairwise
 
@@ -47,6 +47,7 @@ class CameraSensor:
         *,
         keep_pictures: bool = False,
         workers: int | None = None,
+        idle: Collection[int] = (),
     ) -> None:
         """Set up one rig, reader and tracker per robot.
 
@@ -58,11 +59,12 @@ class CameraSensor:
             seed: Of the run; every picture's chance follows from it and from whose picture it is.
             keep_pictures: Whether :attr:`pictures` holds the newest ones.
             workers: Threads; as many as the machine has cores where not given.
+            idle: Robots whom nobody asks what they see, and who take no pictures therefore.
         """
         self.rig = Rig.from_config(config.lens, config.rig)
         imperfections = Imperfections(config.imperfections, self.rig.lens)
         drive = Drive.from_config(robot)
-        self._exposures = Exposures(config, self.rig, drive, imperfections, robots, seed)
+        self._exposures = Exposures(config, self.rig, drive, imperfections, robots, seed, idle)
         self._watcher = watcher(config, robot, arena, self.rig.lens, imperfections, robots, keep_pictures)
         self._law = Law.of(config.tracker)
         self._tracks, self._beliefs = Tracks.of(robots), Beliefs.of(robots)

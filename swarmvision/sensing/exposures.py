@@ -8,6 +8,7 @@ showing what it showed in its first picture.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -59,6 +60,7 @@ class Exposures:
         imperfections: Imperfections,
         robots: int,
         seed: int,
+        idle: Collection[int] = (),
     ) -> None:
         """Begin before the first exposure.
 
@@ -69,6 +71,7 @@ class Exposures:
             imperfections: Say what is lost or late.
             robots: How many.
             seed: Of the run.
+            idle: Robots that take no pictures.
         """
         self.scenes: dict[int, Scene] = {}
         """By the number of the exposure; those that somebody still needs."""
@@ -80,7 +83,7 @@ class Exposures:
         lenses = range(len(rig.yaws))
         keys = [hashed(seed, Subsystem.SENSOR, robot, lens) for robot in range(robots) for lens in lenses]
         self._keys = np.array(keys, dtype=np.uint64).reshape(robots, len(lenses))
-        self._dead = np.isin(np.arange(robots), config.faults.dead)
+        self._dead = np.isin(np.arange(robots), [*config.faults.dead, *idle])
         self._stuck = np.isin(np.arange(robots), config.faults.stuck)
         self._first = np.full(self._keys.shape, -1)
         """The exposure at which a stuck lens took its first picture; -1 before."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.config.sensor import (
     CameraSensorConfig,
@@ -33,6 +35,7 @@ def sensor_of(
     *,
     keep_pictures: bool = False,
     workers: int | None = None,
+    idle: Collection[int] = (),
 ) -> Sensor:
     """Return the sensor of all robots of a scenario.
 
@@ -42,6 +45,7 @@ def sensor_of(
         seed: Of the run.
         keep_pictures: Whether a camera keeps its pictures.
         workers: Threads of a camera; changes no result.
+        idle: Robots whom nobody asks what they see; they take no pictures.
     """
     if isinstance(config, CameraSensorConfig):
         return CameraSensor(
@@ -52,6 +56,7 @@ def sensor_of(
             seed,
             keep_pictures=keep_pictures,
             workers=workers,
+            idle=idle,
         )
     if isinstance(config, ErrorModelSensorConfig):  # lateness and memory are part of its tables
         return ErrorModelSensor(config, scenario.robot, scenario.arena, scenario.robots, seed)
