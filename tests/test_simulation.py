@@ -95,8 +95,8 @@ def test_teams_keep_their_own_laws_senses_and_places() -> None:
 def test_nobody_takes_pictures_that_nobody_asks_for() -> None:
     watched = [{**SHEEP, "sensor": {"kind": "truth"}}]
     simulation = Simulation(scenario(robots=5, sensor=CAMERA, teams=watched), 3, keep_pictures=True)
-    alone = Simulation(scenario(robots=5, sensor=CAMERA), 3)
-    estimates, everybody = simulation.sense(), alone.sense()
+    common = Simulation(scenario(robots=5, sensor=CAMERA, teams=[SHEEP]), 3)
+    estimates, everybody = simulation.sense(), common.sense()
     assert {picture.robot for picture in simulation.pictures} == {0, 1}
     for robot in (0, 1):
         seen = estimates.range[robot][estimates.seen[robot]]
