@@ -99,7 +99,7 @@ class Simulation:
 
         def sensor(config: SensorConfig, rows: Iterable[slice]) -> Sensor:
             everybody = range(scenario.robots)
-            # Whoever is asked for silhouettes, even with a sensor of its own, has them from the common pictures.
+            # Silhouettes are from the common pictures, whatever sensor a team has of its own.
             idle = set() if looks else set(everybody).difference(*(everybody[asked] for asked in rows))
             return sensor_of(
                 config, scenario, seed, keep_pictures=keep_pictures or looks, workers=workers, idle=idle
