@@ -38,7 +38,7 @@ Slots = tuple[IntArray, FloatArray, IntArray, FloatArray, FloatArray, IntArray]
 Minds = tuple[FloatArray, IntArray, IntArray, Keys]
 """common, next, picture and keys of it."""
 Told = tuple[BoolArray, FloatArray, FloatArray, IntArray, FloatArray]
-"""seen; range, bearing, heading and age; covariance; track; visible."""
+"""seen; range, bearing, heading and age; covariance; track; visible: all worlds' slots in a row."""
 NOBODY, PHANTOM = -1, -2  # instead of a neighbour's number
 MEASURED, REMEMBERED, GHOST = 0, 1, 2  # states of a slot
 GHOSTLY = 1 << 32  # beside neighbours' numbers, in the chance of ghosts
@@ -166,7 +166,13 @@ class ErrorModel:
                 self._normals,
                 (m.who, m.age, m.state, m.visible, m.deviate, m.number),
                 (m.common, m.next, m.picture, m.keys),
-                (seen, told, covariance, track, visible),
+                (
+                    seen.reshape(-1),
+                    told.reshape(4, -1),
+                    covariance.reshape(-1, 9),
+                    track.reshape(-1),
+                    visible.reshape(-1),
+                ),
             )
         return Estimates.given(
             seen=seen,
@@ -319,7 +325,8 @@ def erred(
     row: int,
     common: FloatArray,
     me: int,
-    weights: tuple[FloatArray, FloatArray],
+    own: FloatArray,
+    shared: FloatArray,
     along: float,
     across: float,
     told: FloatArray,
@@ -336,12 +343,12 @@ def erred(
         row: Of the neighbour, here and in ``told``.
         common: Deviates of the observers.
         me: The observer.
-        weights: Of the neighbour's own deviates and of the common ones.
+        own: Weight of the neighbour's own deviates.
+        shared: Weight of the common ones.
         along: Unit of the error of range.
         across: Unit of the error of bearing; its sign is that of the observer's turn.
         told: Out, in this ``row``.
     """
-    own, shared = weights
     steps = len(DEVIATES)
     z = own[0] * deviates[row, 0] + shared[0] * common[me, 0]
     told[row, 0] = max(gap + along * picked(quantiles, first, z), NEAREST)
@@ -363,47 +370,60 @@ def _measure(
     picture: int,
     turn_rate: float,
     reach: float,
-    tables: tuple[FloatArray, ...],
+    again: FloatArray,
+    anew: FloatArray,
+    fresh: FloatArray,
+    fresh_std: FloatArray,
+    split: FloatArray,
+    keep: FloatArray,
+    new: FloatArray,
+    own: FloatArray,
+    shared: FloatArray,
     normals: FloatArray,
-    mine: Slots,
+    old_state: IntArray,
+    old_deviate: FloatArray,
+    old_number: IntArray,
     common: FloatArray,
     following: IntArray,
-    after: Slots,
+    who: IntArray,
+    age: FloatArray,
+    state: IntArray,
+    visible: FloatArray,
+    deviate: FloatArray,
+    number: IntArray,
     told: FloatArray,
     std: FloatArray,
     taken: IntArray,
 ) -> int:
     """Decide who is measured in a picture, fill in their slots, and return how many."""
-    again, anew, fresh_std, split = tables[0], tables[1], tables[3], tables[6]
-    who, age, state, visible, deviate, number = after
-    weights = (tables[14], tables[15])
     t, sign = bin_of(TURNS, abs(turn_rate)), 1.0 if turn_rate >= 0.0 else -1.0
     count = 0
     for c in range(found):
         j = other[c]
         d, v = bin_of(RANGES, sight[c, 0]), bin_of(VISIBLES, sight[c, 3])
         old = slot_of[j]
-        kept = old >= 0 and mine[2][old] == MEASURED
+        kept = old >= 0 and old_state[old] == MEASURED
         bits = chance(key, picture, j)
         if count == len(who) or share(bits) >= (again[d, t, v] if kept else anew[d, t, v]):
             continue
         if old >= 0:
             for n in range(3):
-                deviate[count, n] = mine[4][old, n]
-        drift(deviate, count, tables[11], tables[13], bits, normals, old >= 0)
+                deviate[count, n] = old_deviate[old, n]
+        drift(deviate, count, keep, new, bits, normals, old >= 0)
         first = ((d * again.shape[1] + t) * again.shape[2] + v) * 3 * len(DEVIATES)
         gap = sight[c, 0]
         erred(
             gap,
             sight[c, 1],
             sight[c, 2],
-            tables[16],
+            fresh,
             first,
             deviate,
             count,
             common,
             me,
-            weights,
+            own,
+            shared,
             gap * gap,
             sign,
             told,
@@ -416,7 +436,7 @@ def _measure(
         if old >= 0:
             taken[old] = 2 if share(mixed(bits)) < split[t] else 1
         if old >= 0 and taken[old] == 1:
-            number[count] = mine[5][old]
+            number[count] = old_number[old]
         else:
             number[count] = following[me]
             following[me] += 1
@@ -435,35 +455,48 @@ def _remember(
     passed: float,
     memory: float,
     count: int,
-    tables: tuple[FloatArray, ...],
-    mine: Slots,
+    aged: FloatArray,
+    aged_std: FloatArray,
+    ghost: FloatArray,
+    stay: FloatArray,
+    own: FloatArray,
+    shared: FloatArray,
+    old_who: IntArray,
+    old_age: FloatArray,
+    old_state: IntArray,
+    old_visible: FloatArray,
+    old_deviate: FloatArray,
+    old_number: IntArray,
     common: FloatArray,
-    after: Slots,
+    who: IntArray,
+    age: FloatArray,
+    state: IntArray,
+    visible: FloatArray,
+    deviate: FloatArray,
+    number: IntArray,
     told: FloatArray,
     std: FloatArray,
     taken: IntArray,
 ) -> int:
     """Carry on what was not measured, from slot ``count``; return how many slots are full then."""
-    who, age, state, visible, deviate, number = after
-    weights = (tables[14], tables[15])
     t, sign = bin_of(TURNS, abs(turn_rate)), 1.0 if turn_rate >= 0.0 else -1.0
-    turns, steps = tables[4].shape[1], 3 * len(DEVIATES)
-    for n in range(len(mine[0])):
-        older = mine[1][n] + passed
-        if mine[0][n] == NOBODY or taken[n] == 1 or older > memory + 1e-9 or count == len(who):
+    turns, steps = aged_std.shape[1], 3 * len(DEVIATES)
+    for n in range(len(old_who)):
+        older = old_age[n] + passed
+        if old_who[n] == NOBODY or taken[n] == 1 or older > memory + 1e-9 or count == len(who):
             continue
-        now = mine[2][n]
-        if exposed and now == GHOST and share(chance(key, picture, GHOSTLY + mine[5][n])) >= tables[8][0]:
+        now = old_state[n]
+        if exposed and now == GHOST and share(chance(key, picture, GHOSTLY + old_number[n])) >= stay[0]:
             continue
         if taken[n] == 2:
             now = GHOST
         elif exposed and now == MEASURED:
             now = REMEMBERED
-        who[count], age[count], state[count] = mine[0][n], older, now
-        visible[count], number[count] = mine[3][n], mine[5][n]
+        who[count], age[count], state[count] = old_who[n], older, now
+        visible[count], number[count] = old_visible[n], old_number[n]
         a = bin_of(AGES, older)
         for c in range(3):
-            deviate[count, c], std[count, c] = mine[4][n, c], tables[5][a, t, c]
+            deviate[count, c], std[count, c] = old_deviate[n, c], aged_std[a, t, c]
         phantom = who[count] == PHANTOM
         x = deviate[count, 0] if phantom else pose[who[count], 0]
         y = deviate[count, 1] if phantom else pose[who[count], 1]
@@ -473,21 +506,36 @@ def _remember(
         bearing, heading = wrapped(np.arctan2(dy, dx) - pose[me, 2]), wrapped(yaw - pose[me, 2])
         if phantom:
             told[count, 0], told[count, 1], told[count, 2] = gap, bearing, heading
-        else:
-            quantiles, first = tables[17], (a * turns + t) * steps
-            if now == GHOST:
-                quantiles, first = tables[18], a * steps
+        elif now == GHOST:
             erred(
                 gap,
                 bearing,
                 heading,
-                quantiles,
-                first,
+                ghost,
+                a * steps,
                 deviate,
                 count,
                 common,
                 me,
-                weights,
+                own,
+                shared,
+                1.0,
+                sign / gap,
+                told,
+            )
+        else:
+            erred(
+                gap,
+                bearing,
+                heading,
+                aged,
+                (a * turns + t) * steps,
+                deviate,
+                count,
+                common,
+                me,
+                own,
+                shared,
                 1.0,
                 sign / gap,
                 told,
@@ -506,33 +554,42 @@ def _imagine(
     reach: float,
     following: IntArray,
     count: int,
-    tables: tuple[FloatArray, ...],
+    phantom: FloatArray,
+    place: FloatArray,
+    aged_std: FloatArray,
+    keep: FloatArray,
+    new: FloatArray,
     normals: FloatArray,
-    after: Slots,
+    who: IntArray,
+    age: FloatArray,
+    state: IntArray,
+    visible: FloatArray,
+    deviate: FloatArray,
+    number: IntArray,
     told: FloatArray,
     std: FloatArray,
 ) -> int:
     """See, rarely, somebody who is not there; return how many slots are full then."""
     bits = chance(key, picture, PHANTOM)
-    if count == len(told) or share(bits) >= tables[9][0]:
+    if count == len(told) or share(bits) >= phantom[0]:
         return count
     sign = 1.0 if turn_rate >= 0.0 else -1.0
-    drift(after[4], count, tables[11], tables[13], bits, normals, False)
-    told[count, 0] = picked(tables[19], 0, after[4][count, 0])
-    told[count, 1] = sign * picked(tables[19], len(DEVIATES), after[4][count, 1])
+    drift(deviate, count, keep, new, bits, normals, False)
+    told[count, 0] = picked(place, 0, deviate[count, 0])
+    told[count, 1] = sign * picked(place, len(DEVIATES), deviate[count, 1])
     told[count, 2] = sign * wrapped(2.0 * np.pi * share(mixed(bits)))
     if told[count, 0] > reach:
         return count
     direction = pose[me, 2] + told[count, 1]
-    after[5][count] = following[me]
+    number[count] = following[me]
     following[me] += 1
-    after[0][count], after[1][count], after[2][count] = PHANTOM, 0.0, REMEMBERED
-    after[3][count] = 0.5
-    after[4][count, 0] = pose[me, 0] + told[count, 0] * np.cos(direction)
-    after[4][count, 1] = pose[me, 1] + told[count, 0] * np.sin(direction)
-    after[4][count, 2] = pose[me, 2] + told[count, 2]
+    who[count], age[count], state[count] = PHANTOM, 0.0, REMEMBERED
+    visible[count] = 0.5
+    deviate[count, 0] = pose[me, 0] + told[count, 0] * np.cos(direction)
+    deviate[count, 1] = pose[me, 1] + told[count, 0] * np.sin(direction)
+    deviate[count, 2] = pose[me, 2] + told[count, 2]
     for c in range(3):
-        std[count, c] = tables[5][0, 0, c]
+        std[count, c] = aged_std[0, 0, c]
     return count + 1
 
 
@@ -552,21 +609,28 @@ def _believe_all(
     exposed, passed = time
     reach, half_fov, radius, occlusion, ahead, things, span = view
     common, following, picture, keys = minds
-    worlds, r, k = memory[0].shape
+    # Out of their tuples once: numba counts references to what is taken out of one.
+    again, anew, fresh_std, aged_std, split = tables[0], tables[1], tables[3], tables[5], tables[6]
+    stay, phantom, keep, new, own, mixture = (
+        tables[8],
+        tables[9],
+        tables[11],
+        tables[13],
+        tables[14],
+        tables[15],
+    )
+    fresh, aged, ghost, place = tables[16], tables[17], tables[18], tables[19]
+    all_who, all_age, all_state, all_visible, all_deviate, all_number = memory
+    seen, values, covariance, track, fraction = out
+    worlds, r, k = all_who.shape
     candidates, order = np.empty(r, np.int64), np.empty(r, np.int64)
     distance, nearer = np.empty(r), np.empty((3, r))
     few = r if r <= FEW else 0
     gaps, angles = np.empty((few, few)), np.zeros((few, few))
     most = min(r, CANDIDATES * k)
     other, sight, slot_of = np.empty(most, np.int64), np.empty((most, 4)), np.full(r, -1)
-    after = (
-        np.empty(k, np.int64),
-        np.empty(k),
-        np.empty(k, np.int64),
-        np.empty(k),
-        np.empty((k, 3)),
-        np.empty(k, np.int64),
-    )
+    who, age, state = np.empty(k, np.int64), np.empty(k), np.empty(k, np.int64)
+    visible, deviate, number = np.empty(k), np.empty((k, 3)), np.empty(k, np.int64)
     told, std, taken = np.empty((k, 3)), np.empty((k, 3)), np.empty(k, np.int64)
     for w in range(worlds):
         if w == 0 or r > FEW:
@@ -575,14 +639,8 @@ def _believe_all(
         if few and exposed[w]:
             measure_pairs(here, gaps, angles)
         for i in range(r):
-            mine = (
-                memory[0][w, i],
-                memory[1][w, i],
-                memory[2][w, i],
-                memory[3][w, i],
-                memory[4][w, i],
-                memory[5][w, i],
-            )
+            old_who, old_age, old_state = all_who[w, i], all_age[w, i], all_state[w, i]
+            old_visible, old_deviate, old_number = all_visible[w, i], all_deviate[w, i], all_number[w, i]
             key, turn = keys[w, i], turn_rate[w, i]
             count = 0
             taken[:] = 0
@@ -611,13 +669,13 @@ def _believe_all(
                     nearer,
                 )
                 for n in range(k):
-                    if mine[0][n] >= 0 and mine[2][n] != GHOST:
-                        slot_of[mine[0][n]] = n
+                    if old_who[n] >= 0 and old_state[n] != GHOST:
+                        slot_of[old_who[n]] = n
                 drift(
                     shared,
                     i,
-                    tables[11],
-                    tables[13],
+                    keep,
+                    new,
                     chance(key, picture[w], NOBODY),
                     normals,
                     picture[w] > 0,
@@ -632,19 +690,34 @@ def _believe_all(
                     picture[w],
                     turn,
                     reach,
-                    tables,
+                    again,
+                    anew,
+                    fresh,
+                    fresh_std,
+                    split,
+                    keep,
+                    new,
+                    own,
+                    mixture,
                     normals,
-                    mine,
+                    old_state,
+                    old_deviate,
+                    old_number,
                     shared,
                     numbers,
-                    after,
+                    who,
+                    age,
+                    state,
+                    visible,
+                    deviate,
+                    number,
                     told,
                     std,
                     taken,
                 )
                 for n in range(k):
-                    if mine[0][n] >= 0:
-                        slot_of[mine[0][n]] = -1
+                    if old_who[n] >= 0:
+                        slot_of[old_who[n]] = -1
             count = _remember(
                 here,
                 i,
@@ -655,10 +728,25 @@ def _believe_all(
                 passed[w],
                 span,
                 count,
-                tables,
-                mine,
+                aged,
+                aged_std,
+                ghost,
+                stay,
+                own,
+                mixture,
+                old_who,
+                old_age,
+                old_state,
+                old_visible,
+                old_deviate,
+                old_number,
                 shared,
-                after,
+                who,
+                age,
+                state,
+                visible,
+                deviate,
+                number,
                 told,
                 std,
                 taken,
@@ -673,47 +761,40 @@ def _believe_all(
                     reach,
                     numbers,
                     count,
-                    tables,
+                    phantom,
+                    place,
+                    aged_std,
+                    keep,
+                    new,
                     normals,
-                    after,
+                    who,
+                    age,
+                    state,
+                    visible,
+                    deviate,
+                    number,
                     told,
                     std,
                 )
-            _store(w, i, count, after, told, std, memory, out)
+            first = (w * r + i) * k
+            for n in range(k):
+                slot = first + n
+                full = n < count
+                seen[slot] = full
+                fill = 0.0 if full else np.nan
+                for c in range(9):
+                    covariance[slot, c] = fill
+                if not full:
+                    old_who[n], track[slot], fraction[slot] = NOBODY, -1, 0.0
+                    for c in range(4):
+                        values[c, slot] = np.nan
+                    continue
+                old_who[n], old_age[n], old_state[n] = who[n], age[n], state[n]
+                old_visible[n], old_number[n] = visible[n], number[n]
+                track[slot], fraction[slot], values[3, slot] = number[n], visible[n], age[n]
+                for c in range(3):
+                    old_deviate[n, c] = deviate[n, c]
+                    values[c, slot] = told[n, c]
+                    covariance[slot, 4 * c] = std[n, c] * std[n, c]
         if exposed[w]:
             picture[w] += 1
-
-
-@compiled
-def _store(
-    w: int,
-    i: int,
-    count: int,
-    after: Slots,
-    told: FloatArray,
-    std: FloatArray,
-    memory: Slots,
-    out: Told,
-) -> None:
-    """Write a robot's slots into the memory and into the estimates."""
-    seen, values, covariance, track, visible = out
-    for n in range(len(told)):
-        full = n < count
-        who = after[0][n] if full else NOBODY
-        memory[0][w, i, n] = who
-        seen[w, i, n] = full
-        for row in range(3):
-            for column in range(3):
-                covariance[w, i, n, row, column] = 0.0 if full else np.nan
-        if not full:
-            for c in range(4):
-                values[c, w, i, n] = np.nan
-            track[w, i, n], visible[w, i, n] = -1, 0.0
-            continue
-        memory[1][w, i, n], memory[2][w, i, n], memory[3][w, i, n] = after[1][n], after[2][n], after[3][n]
-        memory[5][w, i, n] = track[w, i, n] = after[5][n]
-        for c in range(3):
-            memory[4][w, i, n, c] = after[4][n, c]
-            values[c, w, i, n] = told[n, c]
-            covariance[w, i, n, c, c] = std[n, c] * std[n, c]
-        values[3, w, i, n], visible[w, i, n] = after[1][n], after[3][n]
