@@ -28,7 +28,7 @@ from swarmvision.perception.plan import (
 )
 
 WHOLE = 0.955  # measured over expected width from which both tangents are taken as real
-SIDE_FLOOR = 0.11  # px of a tangent: what no averaging removes, measured on rendered pictures
+SIDE_FLOOR = 0.105  # px of a tangent: what no averaging removes, measured on rendered pictures
 # What is written of a marker.
 RANGE, BEARING, HEADING, RANGE_STD, BEARING_STD, HEADING_STD, VISIBLE, DROP, LEFT, RIGHT, COVERED = range(11)
 

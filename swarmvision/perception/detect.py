@@ -22,7 +22,7 @@ from swarmvision.perception.look import (
     PIECES,
     ROW_SHARE,
     TOP_ONLY,
-    Ints,
+    Address,
     Look,
     LookScratch,
     Proportions,
@@ -39,7 +39,8 @@ ROW_SLACK = 1.6  # rows of the grid that an edge may jump between columns, plus 
 STEP_SLACK = 1.2  # rows of the grid by which the height of the middle may change within a marker,
 STEP_SHARE = 0.04  # and by which share of itself; more is one marker beside another
 STEP_COLUMNS = 3  # columns before and after that are compared for it
-COLUMN_GAP = 3  # columns of the grid that a candidate may lack
+COLUMN_GAP = 5  # columns of the grid to the next of a candidate; of a wide one each fourth is looked at
+STEEPEST = 3.0  # columns of the grid in which an edge may go on falling
 P_LEFT, P_RIGHT, P_MIDDLE, P_LEVEL, P_KIND, P_FIRST, P_LAST = range(7)  # what is written of a candidate
 
 
@@ -86,7 +87,7 @@ def candidates(
 
 
 @compiled
-def find(image: NDArray[np.uint8], address: Ints, look: Look, scratch: LookScratch) -> int:
+def find(image: NDArray[np.uint8], address: Address, look: Look, scratch: LookScratch) -> int:
     """Write the candidates of a picture, tallest first, into ``scratch.pieces``; return how many."""
     width = image.shape[1] // look.across
     for column in range(width):
@@ -124,7 +125,7 @@ def chain_pairs(found: int, look: Look, scratch: LookScratch) -> int:
             step = pair[0] - before[0]
             if step <= 0.0 or step > COLUMN_GAP or pair[5] != before[5]:
                 continue
-            slack = ROW_SLACK * look.down * step + ROW_SHARE * (pair[3] - pair[2])
+            slack = ROW_SLACK * look.down * min(step, STEEPEST) + ROW_SHARE * (pair[3] - pair[2])
             jump = abs(pair[2] - before[2]) if pair[5] != BOTTOM_ONLY else 0.0
             if pair[5] != TOP_ONLY:
                 jump = max(jump, abs(pair[3] - before[3]))

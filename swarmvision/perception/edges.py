@@ -68,14 +68,16 @@ from swarmvision.perception.plan import (
 )
 from swarmvision.perception.rings import inner_edges, looks_right, step_in
 from swarmvision.perception.segment import sample_white, weigh_codes
-from swarmvision.perception.sides import find_sides
+from swarmvision.perception.sides import SHARP, find_sides
 
 ROW = 11  # numbers of one marker
 MOST = 64  # markers that one picture tells
 # What no averaging removes, measured on rendered pictures with noise, blur and compression (px).
-EDGE_FLOOR = 0.03  # of an inner edge,
+EDGE_FLOOR = 0.04  # of an inner edge,
 THIN_EDGE, THICK, THIN = 0.15, 7.0, 5.0  # and of a thin ring: from 7 px on, full at 5 px
-HIDDEN = 4.0  # times as much where one tangent is hidden
+HIDDEN, HIDDEN_TURN = 2.0, 1.5  # times as much where one tangent is hidden; the latter of the heading
+WIDTH_ALONE = 2.5  # times as much for a range that the tangents alone tell
+SMEARED_SIDE, SMEARED_TURN = 0.03, 0.045  # of what is wider: error of a tangent, and of a column's azimuth
 CLEAR, CLEARER = 0.25, 0.5  # how clearly the pattern must be there; the latter where one band must do,
 WELL_SEEN = 0.6  # or less of the width is seen
 SLIVER = 0.15  # visible fraction below which nothing is told
@@ -339,36 +341,44 @@ def measure(
         while stop - start > 2 and coarse[stop - 1] > lines[COLUMNS, count - 1] + 2.5:
             stop -= 1
         coarse, coarse_rows = coarse[start:stop], coarse_rows[start:stop]
-    left, right, cut = find_sides(image, tables, bands, coarse, coarse_rows)
+    left, right, cut, end_width = find_sides(image, tables, bands, coarse, coarse_rows)
     covered = _covered(piece, rows, found)
     cut |= covered
     for i in range(count):
         lines[RAYS, i] = math.atan((view[1] - lines[COLUMNS, i]) / view[0])
         lines[GAPS, i] = lines[LOWERS, i] - lines[UPPERS, i]
     doubt = 1.0
+    thin = min(max((THICK - min(thick_top, thick_bottom)) / (THICK - THIN), 0.0), 1.0)
     if bands == BOTH:
         if not range_and_bearing(count, lines, left, right, cut, view, heights, out):
             return 0.0
         doubt = 1.0 if out[VISIBLE] >= WHOLE else HIDDEN
-        thin = min(max((THICK - min(thick_top, thick_bottom)) / (THICK - THIN), 0.0), 1.0)
         spread = math.hypot(out[RANGE_STD] / math.sqrt(count), (EDGE_FLOOR + THIN_EDGE * thin) * doubt)
         out[RANGE_STD] = out[RANGE] * spread / median_of(lines[GAPS], count, lines[SPARE_A])
     else:
         if cut != 0 or not range_from_width(left, right, view, heights, out):
             return 0.0
+        out[RANGE_STD] *= WIDTH_ALONE
         complete_edges(count, lines, bands, view, heights, out)
         for i in range(count):
             lines[GAPS, i] = lines[LOWERS, i] - lines[UPPERS, i]
-    out[BEARING_STD] = SIDE_FLOOR * doubt / view[0]
+    smear = max(end_width - SHARP, 0.0)
+    out[BEARING_STD] = math.hypot(SIDE_FLOOR * (1.0 + 0.5 * thin) * doubt, SMEARED_SIDE * smear) / view[0]
     out[LEFT], out[RIGHT], out[COVERED] = left, right, covered
     if out[VISIBLE] < SLIVER or not stands_right(count, lines, view, heights, out):
         return 0.0
     if bands != BOTH and not _has_proportion(count, lines, coarse_rows, bands, heights, scratch):
         return 0.0
     if len(task.knots) > 0:
-        out[HEADING], out[HEADING_STD], clarity = heading_of(
+        out[HEADING], out[HEADING_STD], clarity, slope = heading_of(
             image, task, tables, count, out[RANGE], out[BEARING], scratch
         )
+        # Columns in px are azimuths by way of the radius; the place of a ring out of the picture is a guess.
+        turn = SMEARED_TURN * smear / view[0] * out[RANGE] / heights[RADIUS]
+        if bands != BOTH:
+            tall = (heights[INNER_TOP] - heights[INNER_BOTTOM]) / max(slope, 1e-6)
+            turn = math.hypot(turn, 0.5 * tall * out[RANGE_STD] / out[RANGE])
+        out[HEADING_STD] = math.hypot(out[HEADING_STD] * (HIDDEN_TURN if doubt > 1.0 else 1.0), turn)
         sure = bands == BOTH and out[VISIBLE] > WELL_SEEN
         if not clarity > (CLEAR if sure else CLEARER):
             return 0.0

@@ -59,10 +59,10 @@ LONGEST_SMEAR = 40.0  # px
 CLEAR_SIDE = 1.5  # px: a tangent farther than this beyond the last column that is seen is hidden
 # The pixels' own covariance is too small, for their errors are alike in neighbours (compression,
 # demosaicing) and no model is exact. Measured on rendered pictures with noise, blur and compression.
-OVERCONFIDENT = 6.0  # times, as variance
-RANGE_FLOOR = 0.0003  # of the range
+OVERCONFIDENT = 8.0  # times, as variance
+RANGE_FLOOR = 0.0002  # of the range
 SIDE_FLOOR = 0.03  # px of a tangent
-HEADING_FLOOR = 0.001  # rad
+HEADING_FLOOR = 0.0007  # rad
 SMEAR_FLOOR, TURN_ARM = (
     0.012,
     0.02,

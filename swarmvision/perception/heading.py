@@ -47,8 +47,8 @@ VOTERS = 16  # columns, about, of the coarse look
 ROUNDS = 4  # of the vote
 RIM = 0.93  # of the radius: columns farther out see the surface too slantwise
 JUMP, JUMP_HEIGHT = 0.02, 0.004  # rad; m: a pattern that climbs so much within it jumps, and has no vote
-HEADING_FLOOR = 0.003  # rad: error that no averaging removes,
-STRIPE_FLOOR = 0.06  # px: and that of the stripe's height
+HEADING_FLOOR = 0.0015  # rad: error that no averaging removes,
+STRIPE_FLOOR, THIN_STRIPE = 0.042, 0.2  # px, and px over the stripe's thickness in px: that of its height
 UNSURE = 0.5  # rad: spread of a heading that only the coarse look tells
 
 
@@ -61,8 +61,8 @@ def heading_of(
     distance: float,
     bearing: float,
     scratch: Scratch,
-) -> tuple[float, float, float]:
-    """Return heading (rad), its spread, and how clearly the pattern is there, about 0..1.
+) -> tuple[float, float, float, float]:
+    """Return heading (rad), its spread, how clearly the pattern is there, about 0..1, and its slope (m/rad).
 
     All are nan where fewer than two columns can show the pattern.
 
@@ -89,14 +89,17 @@ def heading_of(
         )  # fmt: skip
         used += 1
     if used < 2:
-        return np.nan, np.nan, np.nan
-    heading, clarity = coarse_heading(scratch.signals, lines[FACING], used, task.stripe, scratch.sums)
-    heading, spread, slope = voted_heading(
+        return np.nan, np.nan, np.nan, np.nan
+    heading, clarity = coarse_heading(
+        scratch.signals, lines[FACING], used, task.stripe, lines[SPARE_A], lines[SPARE_B], lines[SPARE_C]
+    )
+    heading, spread, slope, tall = voted_heading(
         scratch.signals, lines[FACING], used, heading, heights, task.knots, lines
     )
     gap = median_of(lines[GAPS], count, lines[SPARE_A])
-    rows = gap / (heights[INNER_TOP] - heights[INNER_BOTTOM]) * slope  # that the stripe climbs per rad
-    return heading, math.hypot(spread, STRIPE_FLOOR / max(rows, 1e-6)), clarity
+    scale = gap / (heights[INNER_TOP] - heights[INNER_BOTTOM])  # px per m
+    floor = math.hypot(STRIPE_FLOOR, THIN_STRIPE / max(scale * tall, 1.0))
+    return heading, math.hypot(spread, floor / max(scale * slope, 1e-6)), clarity, slope
 
 
 @compiled
@@ -150,7 +153,13 @@ def unroll(
 
 @compiled
 def coarse_heading(
-    signals: FloatArray, facing: FloatArray, count: int, stripe: FloatArray, sums: FloatArray
+    signals: FloatArray,
+    facing: FloatArray,
+    count: int,
+    stripe: FloatArray,
+    scores: FloatArray,
+    insides: FloatArray,
+    sums: FloatArray,
 ) -> tuple[float, float]:
     """Return the heading (rad), of a few dozen, whose pattern correlates best with the stripes.
 
@@ -161,42 +170,42 @@ def coarse_heading(
         facing: Azimuths (rad, lens frame) that they face.
         count: How many.
         stripe: As in :class:`swarmvision.perception.plan.Task`.
-        sums: Room, ``(count or more, HEIGHTS + 1)``.
+        scores: Room, ``(TRIALS,)`` or more.
+        insides: Room, ``(TRIALS,)`` or more.
+        sums: Room, ``(HEIGHTS + 2,)`` or more.
     """
-    step = max(count // VOTERS, 1)
-    total = looks = 0.0
-    for i in range(0, count, step):
-        passed = 0.0
-        sums[i, 0] = 0.0
-        for k in range(HEIGHTS):
-            passed += signals[i, k]
-            sums[i, k + 1] = passed
-        total += passed
-        looks += HEIGHTS
-    best, best_score, clarity = 0.0, -np.inf, 0.0
+    step = (count + VOTERS - 1) // VOTERS
     turn = 2.0 * math.pi
+    total = looks = 0.0
     for trial in range(TRIALS):
-        heading = -math.pi + turn * trial / TRIALS
-        score = inside = 0.0
-        for i in range(0, count, step):
-            share = (facing[i] - heading) / turn
-            place = int((share - math.floor(share)) * AZIMUTHS) % AZIMUTHS
+        scores[trial] = insides[trial] = 0.0
+    for i in range(0, count, step):
+        sums[0] = 0.0
+        for k in range(HEIGHTS):
+            sums[k + 1] = sums[k] + signals[i, k]
+        sums[HEIGHTS + 1] = sums[HEIGHTS]
+        total += sums[HEIGHTS]
+        looks += HEIGHTS
+        share = (facing[i] + math.pi) / turn  # at a heading of -pi
+        place = int((share - math.floor(share)) * AZIMUTHS) % AZIMUTHS
+        for trial in range(TRIALS):
             first, last = stripe[place, 0], stripe[place, 1]
-            score += _sum_to(sums[i], last) - _sum_to(sums[i], first)
-            inside += last - first
-        held = score
-        score -= inside / looks * total
+            k = int(first)
+            below = sums[k] + (first - k) * (sums[k + 1] - sums[k])
+            k = int(last)
+            scores[trial] += sums[k] + (last - k) * (sums[k + 1] - sums[k]) - below
+            insides[trial] += last - first
+            place -= AZIMUTHS // TRIALS
+            if place < 0:
+                place += AZIMUTHS
+    best, best_score = 0, -np.inf
+    for trial in range(TRIALS):
+        score = scores[trial] - insides[trial] / looks * total
         if score > best_score:
-            best, best_score = heading, score
-            clarity = held / max(inside, 1e-9) - (total - held) / max(looks - inside, 1e-9)
-    return best, clarity
-
-
-@compiled
-def _sum_to(sums: FloatArray, place: float) -> float:
-    k = min(int(place), HEIGHTS - 1)
-    reached: float = sums[k] + (place - k) * (sums[k + 1] - sums[k])
-    return reached
+            best, best_score = trial, score
+    held, inside = scores[best], insides[best]
+    clarity = held / max(inside, 1e-9) - (total - held) / max(looks - inside, 1e-9)
+    return -math.pi + turn * best / TRIALS, clarity
 
 
 @compiled
@@ -208,18 +217,20 @@ def voted_heading(
     heights: FloatArray,
     knots: FloatArray,
     lines: FloatArray,
-) -> tuple[float, float, float]:
-    """Return heading (rad), spread and mean slope (m/rad) from every column's vote near a coarse heading.
+) -> tuple[float, float, float, float]:
+    """Return heading (rad) from every column's vote near a coarse one, spread, and the pattern in the middle.
+
+    That is its slope (m/rad) and its thickness (m).
 
     In each column the height of the stripe's middle is compared with that of the pattern; the
     pattern's slope there turns the difference into an angle (one Gauss-Newton step, repeated).
     """
     size = (heights[BAND_HIGH] - heights[BAND_LOW]) / HEIGHTS
     votes, weights, spare, loads = lines[SPARE_A], lines[SPARE_B], lines[SPARE_C], lines[SPARE_D]
-    spread, kept, steepness = UNSURE, 1, 0.0
+    spread, kept, steepness, tall = UNSURE, 1, 0.0, 0.0
     for _ in range(ROUNDS):
         used = 0
-        steepness = 0.0
+        steepness = tall = 0.0
         for i in range(count):
             azimuth = facing[i] - heading
             low, high, low_slope, high_slope = pattern_edges(knots, azimuth)
@@ -245,10 +256,12 @@ def voted_heading(
             votes[used] = -(middle - (low + high) / 2.0) / slope
             weights[used] = abs(slope) * area * size
             steepness += abs(slope)
+            tall += high - low
             used += 1
         if used < 2:
-            return heading, UNSURE, 1.0
+            return heading, UNSURE, 1.0, 1.0
         steepness /= used
+        tall /= used
         centre = weighted_median(votes, weights, used, spare, loads)
         total = change = 0.0
         for i in range(used):
@@ -266,4 +279,4 @@ def voted_heading(
             break
     turn = 2.0 * math.pi
     heading = math.pi - (math.pi - heading) % turn  # into (-pi, pi]
-    return heading, math.hypot(spread / math.sqrt(max(kept, 1)), HEADING_FLOOR), steepness
+    return heading, math.hypot(spread / math.sqrt(max(kept, 1)), HEADING_FLOOR), steepness, tall

@@ -2,8 +2,8 @@
 
 Each pixel is one look into a table. Rows are as far apart as the bands that can show there allow: a marker
 far below or above the horizon is near, so its bands are thick. Where two rows disagree, rows between them
-tell where a band ends. Of the columns every other one is looked at first; those between, only beside a
-pair of bands.
+tell where a band ends. Of the grid's columns every other one is looked at first, and of those every other
+one only near the horizon, where a marker may be narrow; those between, only beside a pair of bands.
 """
 
 from __future__ import annotations
@@ -34,10 +34,13 @@ LEAST_SHOWN = 0.35  # of a band's thickness: a band cut thinner by the border is
 LEAST_THICK = 4.0  # rows of the grid of a band that must do without the other
 BOTH, TOP_ONLY, BOTTOM_ONLY = 0, 1, 2  # which bands a pair has
 LOOKS = 2.5  # rows that are looked at in the thinnest band that can show there
+NARROW = 12.0  # columns of the grid: a wider marker is looked for in every fourth only,
+WIDE = 24.0  # and in a still wider one every other column will do
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
 HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
 BESIDE_PAIR = 4.0  # rows of the grid, above and below a pair, that are looked at in the next column
 Ints = NDArray[np.int32]
+Address = NDArray[np.uint16]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,8 @@ class Proportions:
     """Height of the bottom band over that of the middle."""
     width: float
     """Width of the marker over the height of the middle, far away."""
+    radius: float
+    """m"""
     spans: tuple[tuple[float, float], tuple[float, float]]
     """Of top and bottom band, bottom and top above the ground (m)."""
 
@@ -71,6 +76,7 @@ class Proportions:
             (marker.height - first.bottom) / middle,
             last.top / middle,
             2.0 * marker.radius / middle,
+            marker.radius,
             (
                 (marker.base + first.bottom, marker.base + first.top),
                 (marker.base + last.bottom, marker.base + last.top),
@@ -83,6 +89,10 @@ class Look(NamedTuple):
 
     rows: Ints
     """That are looked at, ascending, shape ``(n,)``."""
+    near: Ints
+    """First and last + 1 of them that are near the horizon, shape ``(2,)``."""
+    columns: NDArray[np.uint32]
+    """Picture column of every column of the grid, shape ``(c,)``."""
     across: int
     """Picture columns in one of the grid."""
     down: int
@@ -104,10 +114,16 @@ class Look(NamedTuple):
         across = max(1, round(width_px / COARSE_WIDTH))
         down = max(1, round(height_px / COARSE_HEIGHT))
         rows = np.arange(height_px // down) * down + down // 2
+        columns = (np.arange(width_px // across) * across + across // 2).astype(np.uint32)
+        near = (0, len(rows))
         if lens is not None:
             rows = rows[_needed(rows, down, marker, lens)]
+            nearest = 2.0 * marker.radius * lens.focal_px / (NARROW * across)
+            high = max(abs(z - lens.height) for span in marker.spans for z in span) + HORIZON_SLACK
+            reach = lens.focal_px * (TILT + high / nearest)
+            near = tuple(np.searchsorted(rows, [lens.centre_px[1] - reach, lens.centre_px[1] + reach]))
         return cls(
-            rows.astype(np.int32), across, down, marker.top, marker.bottom,
+            rows.astype(np.int32), np.array(near, np.int32), columns, across, down, marker.top, marker.bottom,
             marker.upper, marker.lower, marker.width, hues.classes,
         )  # fmt: skip
 
@@ -116,7 +132,7 @@ class LookScratch(NamedTuple):
     """Room for the coarse look at pictures of one size; one per thread."""
 
     state: Ints
-    """Of every column of the grid: class, first and last place in the rows of the run that it is in."""
+    """Class, first and last place in the rows of the run that every column of the grid is in, ``(3, n)``."""
     links: Ints
     """Of every column of the grid: its first and its last run; below 0 for none."""
     wanted: Ints
@@ -144,7 +160,7 @@ class LookScratch(NamedTuple):
     def of(cls, width_px: int) -> LookScratch:
         """Return room for pictures of a width."""
         return cls(
-            np.empty((width_px, 3), np.int32),
+            np.empty((3, width_px), np.int32),
             np.empty((width_px, 2), np.int32),
             np.empty((width_px, 2), np.int32),
             np.empty((RUNS, 5), np.int32),
@@ -184,50 +200,55 @@ def _needed(rows: NDArray[np.int64], down: int, marker: Proportions, lens: Lens)
 
 
 @compiled
-def class_at(image: NDArray[np.uint8], address: Ints, classes: NDArray[np.uint8], v: int, u: int) -> int:
+def class_at(image: NDArray[np.uint8], address: Address, classes: NDArray[np.uint8], v: int, u: int) -> int:
     """Return the class of a pixel."""
     kind: int = classes[address[0, image[v, u, 0]] + address[1, image[v, u, 1]] + address[2, image[v, u, 2]]]
     return kind
 
 
 @compiled
-def first_look(image: NDArray[np.uint8], address: Ints, look: Look, width: int, scratch: LookScratch) -> int:
+def first_look(
+    image: NDArray[np.uint8], address: Address, look: Look, width: int, scratch: LookScratch
+) -> int:
     """Write the runs of the two colours in every other column of the grid; return how many.
 
     The picture is read row by row, as it lies in memory.
     """
-    state, rows, classes = scratch.state, look.rows, look.classes
-    red, green, blue = address[0], address[1], address[2]
+    held, first, last = scratch.state[0], scratch.state[1], scratch.state[2]
+    red, green, blue, classes = address[0], address[1], address[2], look.classes
+    top, bottom, rows, end = look.top, look.bottom, look.rows, len(look.rows)
     for column in range(width):
-        state[column, 0] = 0
-    count, last = 0, len(rows)
-    shift, step = look.across // 2, 2 * look.across
-    for i in range(last + 1):
-        line = image[rows[min(i, last - 1)]]
-        for column in range(0, width, 2):
-            kind = 0
-            if i < last:
-                u = shift + (column >> 1) * step
-                kind = classes[red[line[u, 0]] + green[line[u, 1]] + blue[line[u, 2]]]
-            held = state[column, 0]
-            if kind == held:
-                state[column, 2] = i
-                continue
-            if kind not in (look.top, look.bottom):
-                kind = 0
-                if held == 0 or (i < last and i - state[column, 2] < RUN_GAP):
+        held[column] = 0
+    count = 0
+    for i in range(end):
+        line = image[rows[i]]
+        stride = 2 if look.near[0] <= i < look.near[1] else 4
+        for column in range(0, width, stride):
+            u = look.columns[column]
+            kind = classes[red[line[u, 0]] + green[line[u, 1]] + blue[line[u, 2]]]
+            if kind != top and kind != bottom:  # noqa: PLR1714  # not by a tuple: this line is the whole look
+                if held[column] == 0 or i - last[column] < RUN_GAP:
                     continue
-            if held != 0:
+                kind = 0
+            elif kind == held[column]:
+                last[column] = i
+                continue
+            if held[column] != 0:
                 count = end_run(
-                    image, address, look, column, held, state[column, 1], state[column, 2], count, scratch
+                    image, address, look, column, held[column], first[column], last[column], count, scratch
                 )
-            state[column, 0], state[column, 1], state[column, 2] = kind, i, i
+            held[column], first[column], last[column] = kind, i, i
+    for column in range(0, width, 2):
+        if held[column] != 0:
+            count = end_run(
+                image, address, look, column, held[column], first[column], last[column], count, scratch
+            )
     return count
 
 
 @compiled
 def look_down(
-    image: NDArray[np.uint8], address: Ints, look: Look, column: int, count: int, scratch: LookScratch
+    image: NDArray[np.uint8], address: Address, look: Look, column: int, count: int, scratch: LookScratch
 ) -> int:
     """Write the runs of one column between the rows that are wanted; return how many there are now."""
     rows = look.rows
@@ -257,7 +278,7 @@ def look_down(
 @compiled
 def end_run(
     image: NDArray[np.uint8],
-    address: Ints,
+    address: Address,
     look: Look,
     column: int,
     kind: int,
@@ -269,20 +290,29 @@ def end_run(
     """Write a run from its first to its last place in the rows; return how many there are now."""
     if count == RUNS:
         return count
-    rows, down = look.rows, look.down
+    rows, down, classes = look.rows, look.down, look.classes
     u = column * look.across + look.across // 2
-    inside, outside = int(rows[first]), int(rows[first - 1]) if first > 0 else int(rows[first])
+    # On, where not every row of this column was looked at.
+    while first > 0 and class_at(image, address, classes, int(rows[first - 1]), u) == kind:
+        first -= 1
+    while last + 1 < len(rows) and class_at(image, address, classes, int(rows[last + 1]), u) == kind:
+        last += 1
+    inside = outside = int(rows[first])
+    if first > 0:
+        outside = int(rows[first - 1])
     while inside - outside > down:
         v = (inside + outside) // 2
-        if class_at(image, address, look.classes, v, u) == kind:
+        if class_at(image, address, classes, v, u) == kind:
             inside = v
         else:
             outside = v
     start = inside - down // 2
-    inside, outside = int(rows[last]), int(rows[last + 1]) if last + 1 < len(rows) else int(rows[last])
+    inside = outside = int(rows[last])
+    if last + 1 < len(rows):
+        outside = int(rows[last + 1])
     while outside - inside > down:
         v = (inside + outside) // 2
-        if class_at(image, address, look.classes, v, u) == kind:
+        if class_at(image, address, classes, v, u) == kind:
             inside = v
         else:
             outside = v
@@ -304,6 +334,8 @@ def ask_beside(found: int, look: Look, width: int, scratch: LookScratch) -> bool
     asked = False
     for i in range(found):
         pair = scratch.pairs[i]
+        if look.width * (pair[3] - pair[2]) > WIDE * look.across:
+            continue
         margin = slack + int(ROW_SHARE * (pair[3] - pair[2]))
         low, high = int(pair[1]) - margin, int(pair[4]) + margin
         for column in (int(pair[0]) - 1, int(pair[0]) + 1):

@@ -125,7 +125,7 @@ class Scratch(NamedTuple):
     white: FloatArray
     light: FloatArray
     """As in :class:`swarmvision.perception.segment.Balance`, like white and address."""
-    address: np.ndarray[tuple[int, ...], np.dtype[np.int32]]
+    address: np.ndarray[tuple[int, ...], np.dtype[np.uint16]]
     tables: FloatArray
     """What each code of each channel adds along each direction of colour, ``(7, 3, 256)``."""
     waiting: FloatArray
@@ -134,8 +134,6 @@ class Scratch(NamedTuple):
     """Of the columns that are measured, ``(LINES, width)``."""
     signals: FloatArray
     """The pattern unrolled, ``(MOST_COLUMNS, HEIGHTS)``."""
-    sums: FloatArray
-    """Its sums from the bottom up, ``(MOST_COLUMNS, HEIGHTS + 1)``."""
     strip: FloatArray
     """Pattern and band in every row of one column, ``(2, height)``."""
 
@@ -149,12 +147,11 @@ class Scratch(NamedTuple):
             counts,
             np.empty(3),
             np.empty((3, 256)),
-            np.empty((3, 256), np.int32),
+            np.empty((3, 256), np.uint16),
             np.empty((7, 3, 256)),
             np.empty((2 * MOST_WAITING, 7)),
             np.empty((LINES, 2 * PROBES * MOST_LOOKS)),
             np.empty((MOST_COLUMNS, HEIGHTS)),
-            np.empty((MOST_COLUMNS, HEIGHTS + 1)),
             np.empty((2, height_px + 2)),
         )
 

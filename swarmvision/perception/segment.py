@@ -30,7 +30,7 @@ PALE = 0.12  # largest chroma of a pixel that may tell the white
 COLOURFUL = 0.10  # least chroma of a printed colour that hue can tell
 LEVELS = 32  # steps of one channel in the table of classes
 BRIGHTEST = 1.5  # of white: light at and above which is the last step
-SAMPLES = 44  # about so many pixels of one row, and of one column, that tell the white
+SAMPLES = 32  # about so many pixels of one row, and of one column, that tell the white
 LEAST_PALE = 16  # pixels; fewer tell no white
 
 
@@ -71,13 +71,13 @@ class Balance:
     """Linear light of what is white, ``(3,)``."""
     light: FloatArray
     """Linear light of every code of every channel, of white, ``(3, 256)``."""
-    address: NDArray[np.int32]
+    address: NDArray[np.uint16]
     """What every code of every channel adds to the address in the table of classes, ``(3, 256)``."""
 
     @classmethod
     def of(cls, image: NDArray[np.uint8]) -> Balance:
         """Return the balance of a picture ``(h, w, 3)``."""
-        white, light, address = np.empty(3), np.empty((3, 256)), np.empty((3, 256), np.int32)
+        white, light, address = np.empty(3), np.empty((3, 256)), np.empty((3, 256), np.uint16)
         sample_white(image, DECODE, white, *white_scratch())
         weigh_codes(DECODE, white, light, address)
         return cls(white, light, address)
@@ -112,7 +112,9 @@ def classify(light: FloatArray, chroma: FloatArray) -> NDArray[np.uint8]:
 
 
 @compiled
-def weigh_codes(decode: FloatArray, white: FloatArray, light: FloatArray, address: NDArray[np.int32]) -> None:
+def weigh_codes(
+    decode: FloatArray, white: FloatArray, light: FloatArray, address: NDArray[np.uint16]
+) -> None:
     """Write light and address of every code under a white; see :class:`Balance`."""
     place = LEVELS * LEVELS
     for channel in range(3):

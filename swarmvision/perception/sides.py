@@ -13,6 +13,9 @@ from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.plan import TOP_RING
 from swarmvision.perception.rings import signal
 
+WINDOW = 1.2  # of a smeared end's width, to either side, that is integrated over
+SHARP = 3.5  # px: as wide is the end of a ring without motion blur
+
 
 @compiled
 def find_sides(
@@ -21,17 +24,28 @@ def find_sides(
     bands: int,
     columns: FloatArray,
     rows: FloatArray,
-) -> tuple[float, float, int]:
-    """Return the columns (px) at which the rings end; and 1 if the left is the picture's, 2 the right."""
+) -> tuple[float, float, int, float]:
+    """Return the columns (px) at which the rings end, what is cut, and how wide the ends are smeared (px).
+
+    What is cut is 1 if the left end is the picture's, 2 the right. A sharp end is 2 to 3 px wide.
+    """
+    space = columns[1] - columns[0] if len(columns) > 1 else 1.0
+    half = min(0.5 * space, 4.0)
     width = columns[-1] - columns[0] + 1.0
-    half = (columns[1] - columns[0]) / 2.0 if len(columns) > 1 else 0.5
-    half = min(half, 2.0)
-    left = one_side(image, tables, bands, columns[0] - half, rows, -1, width)
-    right = one_side(image, tables, bands, columns[-1] + half, rows, 1, width)
-    cut = 1 if left < 1.5 else 0
-    if right > image.shape[1] - 1.5:
+    left, left_weight, left_climb = one_side(image, tables, bands, columns[0] - half, rows, -1, width)
+    right, right_weight, right_climb = one_side(image, tables, bands, columns[-1] + half, rows, 1, width)
+    last = image.shape[1]
+    cut = 0
+    if left < 1.5 or (left_weight <= 0.0 and columns[0] - space < 1.5):
+        cut += 1
+    if right > last - 1.5 or (right_weight <= 0.0 and columns[-1] + space > last - 1.5):
         cut += 2
-    return left, right, cut
+    smeared = 0.0
+    if min(left_climb, right_climb) > 0.0:
+        smeared = 2.0 / (left_climb + right_climb)
+    elif max(left_climb, right_climb) > 0.0:
+        smeared = 1.0 / max(left_climb, right_climb)
+    return left, right, cut, smeared
 
 
 @compiled
@@ -43,22 +57,41 @@ def one_side(
     rows: FloatArray,
     outward: int,
     width: float,
-) -> float:
-    """Return the column (px) at which the rings end on one side: -1 the left, 1 the right."""
+) -> tuple[float, float, float]:
+    """Return the column (px) at which the rings end on one side: -1 the left, 1 the right.
+
+    And the weight of that, 0 for none, and the steepest climb to it, as a share of the step per px.
+    """
     upper = lower = guess
-    upper_weight = lower_weight = 0.0
-    if bands in (BOTH, TOP_ONLY):
-        top, bottom = end_rows(rows, outward, 0)
-        upper, upper_weight = ring_end(image, tables[TOP_RING], top, bottom, guess, outward, width)
-    if bands != TOP_ONLY:
-        top, bottom = end_rows(rows, outward, 1)
-        lower, lower_weight = ring_end(image, tables[TOP_RING + 1], top, bottom, guess, outward, width)
+    upper_weight = lower_weight = climb = smeared = 0.0
+    reach = int(min(max(0.4 * width, 5.0), 16.0))
+    for look in range(3):  # first for how smeared it is, then where; where it is smeared, centred once more
+        climb = 0.0
+        if bands in (BOTH, TOP_ONLY):
+            top, bottom = end_rows(rows, outward, 0)
+            upper, upper_weight, climb = ring_end(image, tables[TOP_RING], top, bottom, guess, outward, reach)
+        if bands != TOP_ONLY:
+            top, bottom = end_rows(rows, outward, 1)
+            lower, lower_weight, steep = ring_end(
+                image, tables[TOP_RING + 1], top, bottom, guess, outward, reach
+            )
+            climb = min(climb, steep) if climb > 0.0 and steep > 0.0 else max(climb, steep)
+        if look == 0:
+            smeared = climb
+            reach = int(min(max(0.16 * width, 5.0), 14.0))
+            if climb > 0.0 and 1.0 / climb > SHARP:
+                reach = int(max(float(reach), min(WINDOW / climb + 2.0, 0.45 * width)))
+        elif look == 1:
+            if not (smeared > 0.0 and 1.0 / smeared > SHARP) or upper_weight + lower_weight <= 0.0:
+                break
+            guess = (upper * upper_weight + lower * lower_weight) / (upper_weight + lower_weight)
+    climb = smeared
     total = upper_weight + lower_weight
     if total <= 0.0:
-        return guess
+        return guess, 0.0, 0.0
     if min(upper_weight, lower_weight) > 0.0 and abs(upper - lower) > 0.6 + 0.01 * width:
-        return upper  # bodies stand beside the lower ring, nothing beside the upper one
-    return (upper * upper_weight + lower * lower_weight) / total
+        return upper, total, climb  # bodies stand beside the lower ring, nothing beside the upper one
+    return (upper * upper_weight + lower * lower_weight) / total, total, climb
 
 
 @compiled
@@ -94,15 +127,17 @@ def ring_end(
     bottom: float,
     guess: float,
     outward: int,
-    width: float,
-) -> tuple[float, float]:
-    """Return the column (px) at which a ring ends on one side, and the weight of that; 0 for none."""
+    reach: int,
+) -> tuple[float, float, float]:
+    """Return the column (px) at which a ring ends on one side, the weight of that, 0 for none, and the climb.
+
+    The climb is the steepest, over 2 px, as a share of the whole step per px.
+    """
     inset = 0.3 * (bottom - top)
     first = math.ceil(top + inset)
     last = max(int(bottom - inset), first + 1)
     if first < 0 or last > image.shape[0]:
-        return guess, 0.0
-    reach = int(min(max(0.16 * width, 5.0), 14.0))
+        return guess, 0.0, 0.0
     # Count pixels outward from well inside; beyond the picture's side there are none.
     start = math.floor(guess) - outward * reach
     size = 2 * reach
@@ -113,9 +148,10 @@ def ring_end(
         start = min(start, image.shape[1] - 1)
         size = min(size, start + 1)
     if size < 3:
-        return guess, 0.0
+        return guess, 0.0, 0.0
     inner = max(reach // 2, 1)
-    inside = outside = area = 0.0
+    inside = outside = area = steepest = 0.0
+    before = previous = -np.inf
     outer = max(min(size - 3 * reach // 2, inner), 1)
     for k in range(size):
         value = 0.0
@@ -123,12 +159,14 @@ def ring_end(
             value += signal(image, table, row, start + outward * k)
         value /= last - first
         area += value
+        steepest = max(steepest, before - value)
+        before, previous = previous, value
         if k < inner:
             inside += value / inner
         if k >= size - outer:
             outside += value / outer
     if inside - outside < max(0.3 * inside, 1e-6):
-        return guess, 0.0
+        return guess, 0.0, 0.0
     reached = (area - size * outside) / (inside - outside)
     place = start + reached if outward > 0 else start + 1 - reached
-    return place, (last - first) * (inside - outside)
+    return place, (last - first) * (inside - outside), 0.5 * steepest / (inside - outside)

@@ -38,7 +38,7 @@ def marker_bearings(image: NDArray[np.uint8], lens: Lens, hues: Hues, bearing: F
 
 @compiled
 def _count(
-    image: NDArray[np.uint8], address: NDArray[np.int32], classes: NDArray[np.uint8], seen: BoolArray
+    image: NDArray[np.uint8], address: NDArray[np.uint16], classes: NDArray[np.uint8], seen: BoolArray
 ) -> None:
     count = np.zeros(image.shape[1], dtype=np.int64)
     for v in range(image.shape[0]):
