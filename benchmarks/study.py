@@ -75,7 +75,8 @@ def field_of_view() -> Iterator[Condition]:
 def rigs() -> Iterator[Condition]:
     for name, title in LAWS.items():
         for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
-            yield Condition(title, rig, (*FLOCK, f'sensor={{kind="camera", rig="{rig}"}}', law(name)))
+            memory = ", tracker={memory=2.0}" if rig == "pan" else ""  # a sweep takes 1.6 s
+            yield Condition(title, rig, (*FLOCK, f'sensor={{kind="camera", rig="{rig}"{memory}}}', law(name)))
 
 
 def sensors() -> Iterator[Condition]:

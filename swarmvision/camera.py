@@ -120,16 +120,28 @@ class Lens:
 
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """Sweeps a lens to and fro about the robot's axis: a triangle wave, so its speed is its limit."""
+    """Sweeps a lens to and fro about the robot's axis.
+
+    Without stops a triangle wave, so its speed is its limit. With stops it rests at the middle of each of
+    ``stops`` equal parts of the sweep, from the middle one to the left end, to the right end and back.
+    """
 
     amplitude: float
     """Largest pan to either side (rad)."""
     speed: float
-    """Pan speed (rad/s)."""
+    """Pan speed (rad/s), of a sweep without stops."""
+    stops: int = 0
+    interval: float = 0.1
+    """From one stop to the next (s)."""
+    rest: float = 0.0
+    """Of that, at a stop (s)."""
 
     def pan(self, time: ArrayLike) -> FloatArray:
-        """Return the pan (rad, left positive) at a time (s); 0 and turning left at time 0."""
+        """Return the pan (rad, left positive) at a time (s); turning left at time 0."""
         time = np.asarray(time, dtype=np.float64)
+        if self.stops > 0:
+            here, there, moved = self._between(time)
+            return here + moved * (there - here)
         if self.amplitude == 0.0 or self.speed == 0.0:
             return np.zeros_like(time)
         phase = np.mod(time * self.speed / self.amplitude + 1.0, 4.0)  # a sweep is 2, a period is 4
@@ -138,10 +150,26 @@ class Servo:
     def pan_rate(self, time: ArrayLike) -> FloatArray:
         """Return the pan speed (rad/s, left positive) at a time (s)."""
         time = np.asarray(time, dtype=np.float64)
+        if self.stops > 0:
+            here, there, moved = self._between(time)
+            return np.where(moved > 0.0, (there - here) / (self.interval - self.rest), 0.0)
         if self.amplitude == 0.0 or self.speed == 0.0:
             return np.zeros_like(time)
         phase = np.mod(time * self.speed / self.amplitude + 1.0, 4.0)
         return np.where(phase < 2.0, self.speed, -self.speed)
+
+    def _between(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the stops (rad) before and after a time (s), and how much of the way is done, 0..1."""
+        count = np.floor(time / self.interval + 1e-6)  # exposure times are sums
+        passed = time - count * self.interval - self.rest
+        return self._stop(count), self._stop(count + 1.0), np.clip(passed / (self.interval - self.rest), 0, 1)
+
+    def _stop(self, count: FloatArray) -> FloatArray:
+        last = self.stops - 1
+        place = np.mod(count + self.stops // 2, max(2 * last, 1))
+        place = np.minimum(place, 2 * last - place)
+        stop: FloatArray = self.amplitude * ((2.0 * place + 1.0) / self.stops - 1.0)
+        return stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +202,8 @@ class Rig:
         """Return the rig of the given lens."""
         servo = None
         if rig.servo is not None:
-            servo = Servo(np.radians(rig.servo.amplitude_deg), np.radians(rig.servo.speed_deg))
+            sweep = rig.servo
+            amplitude, speed = np.radians([sweep.amplitude_deg, sweep.speed_deg])
+            servo = Servo(amplitude, speed, sweep.stops, sweep.interval, sweep.rest)
         yaws = tuple(float(yaw) for yaw in np.radians(rig.yaws_deg))
         return cls(Lens.from_config(lens), rig.forward, yaws, servo, rig.one_centre)

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from swarmvision.camera import Lens, Rig, Servo
 from swarmvision.colour import decode, encode, rgb
-from swarmvision.config.camera import LENSES, RIGS
+from swarmvision.config.camera import LENSES, RIGS, ServoConfig
 from swarmvision.config.marker import PRESETS, BandConfig, MarkerConfig, PatternConfig
+from swarmvision.config.model import validated
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Commands, Estimates, Scene
 from swarmvision.drive import Drive
@@ -83,6 +84,9 @@ def test_undistorting_inverts_distorting() -> None:
 def test_the_lenses_of_a_rig_look_outwards_from_a_circle(name: str) -> None:
     rig = Rig.from_config(LENSES["pi-v1"], RIGS[name])
     poses = rig.robot_from_lens(0.3)
+    if rig.one_centre:  # the views of one lens, ahead of the axis
+        np.testing.assert_allclose(poses[:, :2], [[0.04, 0.0]] * len(poses), atol=1e-12)
+        return
     np.testing.assert_allclose(np.hypot(poses[:, 0], poses[:, 1]), 0.04)
     np.testing.assert_allclose(wrap(np.arctan2(poses[:, 1], poses[:, 0]) - poses[:, 2]), 0, atol=1e-12)
 
@@ -94,6 +98,26 @@ def test_a_servo_sweeps_to_both_sides_at_its_speed() -> None:
     time = np.linspace(0.01, 1.99, 40)
     slope = (servo.pan(time + 1e-6) - servo.pan(time - 1e-6)) / 2e-6
     np.testing.assert_allclose(slope, servo.pan_rate(time), rtol=1e-4)
+
+
+def test_a_servo_with_stops_rests_while_a_picture_is_taken() -> None:
+    servo = Servo(np.pi, 0.0, stops=9, interval=0.1, rest=0.033)
+    pictures = np.arange(40) / 10.0
+    stops = servo.pan(pictures)
+    np.testing.assert_array_equal(servo.pan_rate(pictures), 0.0)
+    np.testing.assert_allclose(servo.pan(pictures + 0.0329), stops)
+    np.testing.assert_allclose(np.degrees(stops[:7]), [0, 40, 80, 120, 160, 120, 80], atol=1e-9)
+    assert len({round(stop, 9) for stop in stops[:16]}) == 9  # all of them in one sweep to and fro
+    np.testing.assert_allclose(stops[16:], stops[:-16], atol=1e-12)
+    moving = np.arange(0.0, 4.0, 1e-3) + 5e-4
+    slope = np.diff(servo.pan(moving)) / 1e-3
+    agree = np.abs(slope - servo.pan_rate(moving[:-1] + 5e-4)) < 1e-6
+    assert agree.mean() > 0.95  # but for the corners, 2 in 100
+
+
+def test_a_servo_that_is_too_slow_for_its_stops_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"360 deg/s needs more than the 0.067 s .* 40 deg"):
+        validated(ServoConfig, {"stops": 9, "speed_deg": 360}, "servo")
 
 
 DRIVE = Drive.from_config(RobotConfig())

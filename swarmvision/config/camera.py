@@ -34,13 +34,35 @@ class LensConfig(Settings):
 
 
 class ServoConfig(Settings):
-    """A servo that sweeps the lens to and fro without pause."""
+    """A servo that sweeps the lens to and fro, without pause or from stop to stop."""
 
     amplitude_deg: Annotated[float, Field(ge=0, le=180)] = 180.0
     """Largest pan to either side (deg)."""
 
-    speed_deg: Annotated[float, Field(ge=0, le=1080)] = 360.0
-    """Pan speed (deg/s): 60 deg in 0.17 s is a common hobby servo at 4.8 V, 360 deg/s."""
+    speed_deg: Annotated[float, Field(ge=0, le=1080)] = 600.0
+    """Pan speed (deg/s): 60 deg in 0.1 s is a common micro servo at 4.8 V."""
+
+    stops: Annotated[int, Field(ge=0, le=100)] = 0
+    """Directions, evenly spread over the sweep, at which it rests for a picture; 0 for no rest. A picture in
+    mid-sweep is smeared: 8 ms at 600 deg/s are 57 px of a pi-v1."""
+
+    interval: Annotated[float, Field(gt=0, le=10)] = 0.1
+    """From one stop to the next (s): that of the pictures."""
+
+    rest: Annotated[float, Field(ge=0, le=10)] = 0.033
+    """Of the interval (s), at a stop: an exposure of 8 ms and the rows' readout of 25 ms."""
+
+    @model_validator(mode="after")
+    def _fast_enough(self) -> ServoConfig:
+        if self.stops > 1:
+            step = 2.0 * self.amplitude_deg / self.stops
+            left = self.interval - self.rest
+            if step > self.speed_deg * left:
+                raise ValueError(
+                    f"a servo of {self.speed_deg:g} deg/s needs more than the {left:g} s between two rests "
+                    f"for the {step:g} deg from stop to stop"
+                )
+        return self
 
 
 class RigConfig(Settings):
@@ -85,7 +107,7 @@ RIGS: dict[str, RigConfig] = {
     "ring-2": _ring(2),
     "ring-4": _ring(4),
     "ring-7": _ring(7),
-    "pan": RigConfig(servo=ServoConfig()),
+    "pan": RigConfig(servo=ServoConfig(stops=9)),
     # Four views of 60 deg across 190 deg: 16.7 deg in common, so that a marker is whole in one of two.
     "fisheye": RigConfig(yaws_deg=(65.0, 65.0 / 3.0, -65.0 / 3.0, -65.0), one_centre=True),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from swarmvision.config.camera import LENSES, RIGS, LensConfig, RigConfig
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
@@ -148,6 +148,16 @@ class CameraSensorConfig(Settings):
 
     faults: FaultsConfig = FaultsConfig()
     """Broken cameras."""
+
+    @model_validator(mode="after")
+    def _in_step(self) -> CameraSensorConfig:
+        servo = self.rig.servo
+        if servo is not None and servo.stops > 0 and abs(servo.interval * self.rate_hz - 1.0) > 1e-6:
+            raise ValueError(
+                f"a servo that stops every {servo.interval:g} s (rig.servo.interval) needs a rate_hz of "
+                f"{1.0 / servo.interval:g}, got {self.rate_hz:g}"
+            )
+        return self
 
     @field_validator("lens", mode="before")
     @classmethod
