@@ -26,6 +26,13 @@ MEASURES = {
 }
 FLOCK = ("robots=10", "seconds=60")
 LAWS = {"kobot": "Kobot", "ferrante": "Ferrante"}
+ALIGNED = (
+    'controller={law="ferrante", alignment_gain=1.0, exponent=2.0, strength=0.02, force_limit=2.0, '
+    "proximal_gain=1.5, speed_gain=0.1, turn_gain=2.0, top_speed=0.12, reach_factor=2.4}"
+)
+"""Ferrante's law with alignment."""
+CAREFUL = ('layers=[{layer="avoidance", slow_range=0.25, stop_range=0.13}]', "controller.speed=0.07")
+"""For eyes that see a neighbour every other second."""
 RING_7 = 'sensor={kind="camera", rig="ring-7"}'
 FAULTS = {
     "clean": "",
@@ -73,10 +80,28 @@ def field_of_view() -> Iterator[Condition]:
 
 
 def rigs() -> Iterator[Condition]:
-    for name, title in LAWS.items():
-        for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
-            memory = ", tracker={memory=2.0}" if rig == "pan" else ""  # a sweep takes 1.6 s
-            yield Condition(title, rig, (*FLOCK, f'sensor={{kind="camera", rig="{rig}"{memory}}}', law(name)))
+    for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
+        pans = rig == "pan"
+        memory = ", tracker={memory=2.0}" if pans else ""  # a sweep takes 1.6 s
+        sensor = f'sensor={{kind="camera", rig="{rig}"{memory}}}'
+        yield Condition("Kobot", rig, (*FLOCK, sensor, law("kobot"), *(CAREFUL if pans else ())))
+        yield Condition("Ferrante", rig, (*FLOCK, sensor, law("ferrante")))
+        yield Condition("Ferrante, aligned", rig, (*FLOCK, sensor, ALIGNED))
+
+
+def single() -> Iterator[Condition]:
+    """One fixed camera ahead: who makes most of it?"""
+    sensor = 'sensor={kind="camera", rig="single", tracker={memory=2.0}}'
+    laws = {
+        "Kobot": law("kobot"),
+        "Kobot, scanning alone": 'controller={law="kobot", alone="scan"}',
+        "Ferrante, aligned": ALIGNED,
+        "Ferrante, aligned, scanning alone": ALIGNED.replace("{", '{alone="scan", ', 1),
+        "following": law("follow"),
+        "following, scanning alone": 'controller={law="follow", alone="scan"}',
+    }
+    for title, setting in laws.items():
+        yield Condition("10 robots", title, (*FLOCK, sensor, setting))
 
 
 def sensors() -> Iterator[Condition]:
@@ -96,8 +121,7 @@ def sensors() -> Iterator[Condition]:
 def latency() -> Iterator[Condition]:
     for name, title in LAWS.items():
         for frames in (0, 1, 2, 3, 5, 7, 10):
-            setting = f'sensor={{kind="camera", rig="ring-7", latency={frames / 10}}}'
-            yield Condition(title, float(frames), (*FLOCK, setting, law(name)))
+            yield Condition(title, float(frames), (*FLOCK, truth(latency=frames / 10), law(name)))
 
 
 def scale() -> Iterator[Condition]:
@@ -127,8 +151,9 @@ QUESTIONS = {
         "What field of view does flocking need? (truth)", "field of view (deg)", tuple(field_of_view())
     ),
     "rigs": Question("What do more lenses and panning buy? (pixels)", "rig", tuple(rigs())),
+    "single": Question("What can one fixed camera do? (pixels)", "law", tuple(single())),
     "sensors": Question("What does noise cost, and which sensor flocks?", "sensor", tuple(sensors())),
-    "latency": Question("What does latency cost? (pixels)", "latency (frames of 0.1 s)", tuple(latency())),
+    "latency": Question("What does latency cost? (truth)", "latency (frames of 0.1 s)", tuple(latency())),
     "scale": Question("How do the laws scale? (truth)", "robots", tuple(scale())),
     "faults": Question("What do faults cost? (pixels)", "fault", tuple(faults())),
     "aggregation": Question(
