@@ -151,25 +151,6 @@ def circle_hit(view: FloatArray, solid: FloatArray, column: float) -> float:
 
 
 @compiled
-def _face_factor(view: FloatArray, light: FloatArray, box: FloatArray, inside: bool, column: float) -> float:
-    """Return the shade of the face that a column (px) meets; seen from inside it is the far one's."""
-    slope = (view[1] - column) / view[0]
-    cos, sin = math.cos(box[2]), math.sin(box[2])
-    step_x, step_y = cos + sin * slope, -sin + cos * slope
-    inverse_x = 1.0 / (step_x if abs(step_x) > LEAST else LEAST)
-    inverse_y = 1.0 / (step_y if abs(step_y) > LEAST else LEAST)
-    middle_x, middle_y = (cos * box[0] + sin * box[1]) * inverse_x, (cos * box[1] - sin * box[0]) * inverse_y
-    half_x, half_y = box[3] * abs(inverse_x), box[4] * abs(inverse_y)
-    across = middle_x + half_x < middle_y + half_y if inside else middle_x - half_x > middle_y - half_y
-    # Either way the normal looks against the ray.
-    if across:
-        side = -math.copysign(1.0, step_x)
-        return shade(light, cos * side, sin * side, 0.0)
-    side = -math.copysign(1.0, step_y)
-    return shade(light, -sin * side, cos * side, 0.0)
-
-
-@compiled
 def box_sheet(
     view: FloatArray,
     light: FloatArray,
@@ -200,14 +181,12 @@ def box_sheet(
     columns = math.ceil(right) - first
     lid = 1 if inside or view[3] > height else 0
     rise = height - view[3]
-    for i in range(columns + 1):
+    if inside:
+        _court_rows(view, box, rise, left, right, rows)
+    for i in range(0 if inside else columns + 1):
         near, far = box_hit(view, box, min(max(float(first + i), left), right))
-        if inside:
-            near, far = far, 0.0
-            rows[0, i], rows[3, i] = -FAR_ROW, FAR_ROW
-        else:
-            near = min(near, far)
-            rows[0, i] = view[2] - rise * view[0] / max(far, NEAREST)
+        near = min(near, far)
+        rows[0, i] = view[2] - rise * view[0] / max(far, NEAREST)
         scale = view[0] / max(near, NEAREST)
         rows[lid, i] = view[2] - rise * scale
         rows[lid + 1, i] = view[2] + view[3] * scale
@@ -235,6 +214,34 @@ def box_sheet(
             shades[lid, i] += factor * (min(end, first + i + 1.0) - max(begin, float(first + i))) / wide
         begin = end
     return 3 if inside else 1 + lid
+
+
+@compiled
+def _court_rows(
+    view: FloatArray, box: FloatArray, rise: float, left: float, right: float, rows: FloatArray
+) -> None:
+    """Fill in the rows of a box seen from inside; one over the depth of each wall is linear in the column."""
+    cos, sin = math.cos(box[2]), math.sin(box[2])
+    x, y = cos * box[0] + sin * box[1], cos * box[1] - sin * box[0]
+    ahead, behind = _one_over(x + box[3]), _one_over(x - box[3])
+    beside, across = _one_over(y + box[4]), _one_over(y - box[4])
+    centre, focal, middle = view[1], view[0], view[2]
+    up, down, most, first = rise * focal, view[3] * focal, 1.0 / NEAREST, math.floor(left)
+    for i in range(math.ceil(right) - first + 1):
+        slope = (centre - min(max(float(first + i), left), right)) / focal
+        step_x, step_y = cos + sin * slope, cos * slope - sin
+        leave_x = step_x * (ahead if step_x > 0.0 else behind)
+        leave_y = step_y * (beside if step_y > 0.0 else across)
+        inverse = min(max(leave_x, leave_y, LEAST), most)
+        rows[0, i] = -FAR_ROW
+        rows[1, i] = middle - up * inverse
+        rows[2, i] = middle + down * inverse
+        rows[3, i] = FAR_ROW
+
+
+@compiled
+def _one_over(x: float) -> float:
+    return 1.0 / (x if abs(x) > LEAST else LEAST)
 
 
 @compiled

@@ -245,7 +245,7 @@ def _down_runs(
         low, high = max(runs[0, r, 0] - back, 0), min(runs[0, r, 1] + ahead, blocks)
         start, size = max(BLOCK * low, 0), max(BLOCK * (high - low), 0)
         page, place = max(pages[middle], 0), max(pad + start, 0)
-        own, near, far = np.uint32(down[middle]), np.uint32(0), np.uint32(0)
+        rest, near, far = np.uint32(ONE - int(down[middle])), np.uint32(0), np.uint32(0)
         up1, up2, under1, under2 = page, page, page, page
         if middle >= 1:
             up1, under1 = max(pages[middle - 1], 0), max(pages[middle + 1], 0)
@@ -254,20 +254,23 @@ def _down_runs(
             up2, under2 = max(pages[middle - 2], 0), max(pages[middle + 2], 0)
             far = np.uint32(down[middle - 2])
         for i in range(size):
-            light = np.uint16((np.uint32(linear[page, start + i]) * own) >> 16)
-            one = np.uint16((np.uint32(linear[up1, start + i]) * near) >> 16)
-            two = np.uint16((np.uint32(linear[under1, start + i]) * near) >> 16)
-            three = np.uint16((np.uint32(linear[up2, start + i]) * far) >> 16)
-            four = np.uint16((np.uint32(linear[under2, start + i]) * far) >> 16)
-            part = np.uint16(np.uint16(one + two) + np.uint16(three + four))
-            level[place + i] = np.uint16(np.uint16(light + np.uint16(middle)) + part)
+            light = linear[page, start + i]
+            light = np.uint16(light - np.uint16((np.uint32(light) * rest) >> 16))
+            light = np.uint16(light + np.uint16((np.uint32(linear[up1, start + i]) * near) >> 16))
+            light = np.uint16(light + np.uint16((np.uint32(linear[under1, start + i]) * near) >> 16))
+            light = np.uint16(light + np.uint16((np.uint32(linear[up2, start + i]) * far) >> 16))
+            light = np.uint16(light + np.uint16((np.uint32(linear[under2, start + i]) * far) >> 16))
+            level[place + i] = np.uint16(light + np.uint16(middle))
         for j in range(middle - 2):
             one_page, two_page = max(pages[j], 0), max(pages[len(down) - 1 - j], 0)
             weight = np.uint32(down[j])
             for i in range(size):
-                above = np.uint16((np.uint32(linear[one_page, start + i]) * weight) >> 16)
-                under = np.uint16((np.uint32(linear[two_page, start + i]) * weight) >> 16)
-                level[place + i] = np.uint16(level[place + i] + np.uint16(above + under))
+                light = np.uint16(
+                    level[place + i] + np.uint16((np.uint32(linear[one_page, start + i]) * weight) >> 16)
+                )
+                level[place + i] = np.uint16(
+                    light + np.uint16((np.uint32(linear[two_page, start + i]) * weight) >> 16)
+                )
 
 
 @compiled
@@ -303,12 +306,10 @@ def _along_runs(
             w0, w1 = np.uint32(taps[t]), np.uint32(taps[t + 1])
             w2, w3 = np.uint32(taps[t + 2]), np.uint32(taps[t + 3])
             for i in range(size):
-                one = np.uint16((np.uint32(level[at + 9 + i]) * w0) >> 16)
-                two = np.uint16((np.uint32(level[at + 6 + i]) * w1) >> 16)
-                three = np.uint16((np.uint32(level[at + 3 + i]) * w2) >> 16)
-                four = np.uint16((np.uint32(level[at + i]) * w3) >> 16)
-                part = np.uint16(np.uint16(one + two) + np.uint16(three + four))
-                total[i] = np.uint16(total[i] + part)
+                light = np.uint16(total[i] + np.uint16((np.uint32(level[at + 9 + i]) * w0) >> 16))
+                light = np.uint16(light + np.uint16((np.uint32(level[at + 6 + i]) * w1) >> 16))
+                light = np.uint16(light + np.uint16((np.uint32(level[at + 3 + i]) * w2) >> 16))
+                total[i] = np.uint16(light + np.uint16((np.uint32(level[at + i]) * w3) >> 16))
         for b in range(runs[0, r, 0], runs[0, r, 1]):
             start, at = max(BLOCK * b, 0), max(BLOCK * (b - runs[0, r, 0]), 0)
             for i in range(BLOCK):

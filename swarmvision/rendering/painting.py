@@ -20,6 +20,7 @@ from swarmvision.geometry import FloatArray
 Image = NDArray[np.uint8]
 Places = NDArray[np.int64]
 SCALE = 16383  # of light, and of the table from light to sRGB: 0.2 grey levels where it is steepest
+FAR_BELOW = 1e9  # px
 BLOCK = 16  # columns that are copied together
 DECODE = decode(np.arange(256)) * SCALE
 ENCODE = np.rint(encode(np.arange(SCALE + 1) / SCALE)).astype(np.uint8)
@@ -91,7 +92,8 @@ def paint_sheet(
         image: sRGB, ``(h, 3 w)``.
         window: First row that may be painted, and the row behind the last.
         first: Column of the picture where the sheet begins.
-        begin: First column of the sheet to paint.
+        begin: First column of the sheet to paint. Lights and codes are taken from the whole sheet, which
+            has to be painted first, from column 0.
         end: The one behind the last.
         lag: Which column's left border is the first in ``rows``.
         left: Where the object begins (px); before it nothing is covered.
@@ -109,14 +111,22 @@ def paint_sheet(
         encode: And back.
     """
     upper, lower = window[0], window[1]
-    for k in range(bands):
-        for i in range(begin, end):
-            for b in range(3 * i, 3 * i + 3):
-                if i > begin and shades[k, i] == shades[k, i - 1]:
-                    lights[k, b], codes[k, b] = lights[k, b - 3], codes[k, b - 3]
-                else:
-                    value = SCALE * min(colours[max(k - lid, 0), b - 3 * i] * shades[k, i], 1.0)
-                    lights[k, b], codes[k, b] = value, encode[int(value + 0.5)]
+    for k in range(bands if begin == 0 else 0):
+        mine, print_, i = np.uint64(k), np.uint64(max(k - lid, 0)), 0
+        while i < end:
+            shade = shades[mine, np.uint64(i)]
+            value0 = SCALE * min(colours[print_, 0] * shade, 1.0)
+            value1 = SCALE * min(colours[print_, 1] * shade, 1.0)
+            value2 = SCALE * min(colours[print_, 2] * shade, 1.0)
+            code0, code1 = encode[np.uint64(int(value0 + 0.5))], encode[np.uint64(int(value1 + 0.5))]
+            code2 = encode[np.uint64(int(value2 + 0.5))]
+            same = True
+            while same:
+                c0, c1, c2 = _three(3 * i)
+                lights[mine, c0], lights[mine, c1], lights[mine, c2] = value0, value1, value2
+                codes[mine, c0], codes[mine, c1], codes[mine, c2] = code0, code1, code2
+                i += 1
+                same = i < end and shades[mine, np.uint64(i)] == shade
     start = begin
     while start < end:
         cover = min(right, first + start + 1.0) - max(left, float(first + start))
@@ -145,42 +155,67 @@ def paint_sheet(
             x0, x1, x2 = _three(3 * (first + column))
             c0, c1, c2 = _three(3 * column)
             here, next_ = np.uint64(column - lag), np.uint64(column - lag + 1)
-            # Edge k is the next below, so this is band k - 1. All rows in one loop, which stays scalar: one
-            # over the rows of a run would be made a scatter, too dear for so few.
+            # Loops over rows end by what memory says, so that the compiler does not make scatters of them,
+            # which are too dear for so few rows.
             k = 0 if skip[column] == 0 else bands + 1
-            y = min(max(math.floor(min(rows[0, here], rows[0, next_])), upper), lower)
-            while y < lower and k <= bands:
+            y = upper
+            while k <= bands:  # edge k is the next below, so this is band k - 1
                 edge, band, line = np.uint64(k), np.uint64(max(k - 1, 0)), np.uint64(y)
                 high, low = rows[edge, here], rows[edge, next_]
                 if high > low:
                     high, low = low, high
-                if low <= y:
-                    k += 1
-                elif high < y + 1:
-                    under0, under1, under2 = (
-                        decode[image[line, x0]],
-                        decode[image[line, x1]],
-                        decode[image[line, x2]],
-                    )
+                whole = min(max(math.floor(high), y), lower)
+                if k == 0:
+                    y = whole
+                elif cover >= 1.0:
+                    while y < done[band, 0] and y < whole:
+                        line = np.uint64(y)
+                        image[line, x0], image[line, x1] = codes[band, c0], codes[band, c1]
+                        image[line, x2] = codes[band, c2]
+                        y += 1
+                    if y < whole:
+                        y = max(y, done[band, 1])
+                    while y < whole and y < window[1]:
+                        line = np.uint64(y)
+                        image[line, x0], image[line, x1] = codes[band, c0], codes[band, c1]
+                        image[line, x2] = codes[band, c2]
+                        y += 1
+                else:
+                    while y < whole and y < window[1]:
+                        line = np.uint64(y)
+                        value0 = cover * lights[band, c0] + rest * decode[image[line, x0]]
+                        value1 = cover * lights[band, c1] + rest * decode[image[line, x1]]
+                        value2 = cover * lights[band, c2] + rest * decode[image[line, x2]]
+                        image[line, x0] = encode[np.uint64(int(value0 + 0.5))]
+                        image[line, x1] = encode[np.uint64(int(value1 + 0.5))]
+                        image[line, x2] = encode[np.uint64(int(value2 + 0.5))]
+                        y += 1
+                after = FAR_BELOW
+                if k < bands:
+                    after = min(rows[edge + np.uint64(1), here], rows[edge + np.uint64(1), next_])
+                while low > y and y < lower:
+                    line = np.uint64(y)
+                    under0, under1 = decode[image[line, x0]], decode[image[line, x1]]
+                    under2 = decode[image[line, x2]]
                     from0, from1, from2 = under0, under1, under2
                     if k > 0:
                         from0, from1, from2 = lights[band, c0], lights[band, c1], lights[band, c2]
                     value0, value1, value2 = from0, from1, from2
-                    one, two, j = rows[edge, here], rows[edge, next_], k
+                    j, one, two = k, rows[edge, here], rows[edge, next_]
                     while j <= bands:
                         share = share_below(one, two, y)
                         to0, to1, to2 = under0, under1, under2
                         if j < bands:
-                            edge = np.uint64(j)
-                            to0, to1, to2 = lights[edge, c0], lights[edge, c1], lights[edge, c2]
+                            other = np.uint64(j)
+                            to0, to1, to2 = lights[other, c0], lights[other, c1], lights[other, c2]
                         value0 += share * (to0 - from0)
                         value1 += share * (to1 - from1)
                         value2 += share * (to2 - from2)
                         from0, from1, from2 = to0, to1, to2
-                        j += 1
+                        j = j + 1 if after < y + 1.0 else bands + 1
                         if j <= bands:
-                            edge = np.uint64(j)
-                            one, two = rows[edge, here], rows[edge, next_]
+                            other = np.uint64(j)
+                            one, two = rows[other, here], rows[other, next_]
                             if min(one, two) >= y + 1:
                                 j = bands + 1
                     if cover < 1.0:
@@ -191,18 +226,5 @@ def paint_sheet(
                     image[line, x1] = encode[np.uint64(int(max(value1, 0.0) + 0.5))]
                     image[line, x2] = encode[np.uint64(int(max(value2, 0.0) + 0.5))]
                     y += 1
-                elif cover < 1.0:
-                    value0 = cover * lights[band, c0] + rest * decode[image[line, x0]]
-                    value1 = cover * lights[band, c1] + rest * decode[image[line, x1]]
-                    value2 = cover * lights[band, c2] + rest * decode[image[line, x2]]
-                    image[line, x0] = encode[np.uint64(int(value0 + 0.5))]
-                    image[line, x1] = encode[np.uint64(int(value1 + 0.5))]
-                    image[line, x2] = encode[np.uint64(int(value2 + 0.5))]
-                    y += 1
-                elif done[band, 0] <= y < done[band, 1]:
-                    y = done[band, 1]
-                else:
-                    image[line, x0], image[line, x1] = codes[band, c0], codes[band, c1]
-                    image[line, x2] = codes[band, c2]
-                    y += 1
+                k += 1
         start = stop
