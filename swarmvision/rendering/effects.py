@@ -38,6 +38,7 @@ FINE = 64  # steps of one code
 ONE = 1 << 16  # the sum of a kernel's weights; but one alone is 1 less
 BLOCK = 16  # bytes that are looked at and worked on together
 GAP = 4  # blocks without a change that cost less than a new start
+BLURRED, FRESH = np.uint8(1), np.uint8(2)  # what is known of a block
 WORD = 8  # blocks; rows in scratch are filled up to whole words of blocks
 PHASES = 32  # places within a pixel that a row's shift is rounded to
 GAIN_ROWS = 4  # that share one gain: 0.04 levels from row to row in a corner of the Pi camera
@@ -117,21 +118,28 @@ def _differ(one: Image, two: Image) -> bool:
 
 
 @compiled
-def _find_changes(row: Image, above: Image, mask: Image, words: NDArray[np.uint64], blocks: Image) -> None:
-    """Mark the blocks of a row with a pixel that is not as the one to its right or the one above.
+def _find_changes(
+    row: Image,
+    mask: Image,
+    mask_words: NDArray[np.uint64],
+    page: NDArray[np.uint64],
+    above: NDArray[np.uint64],
+    blocks: Image,
+) -> None:
+    """Mark the blocks of a row with a pixel that is not as the one to its right (1), as the one above (2).
 
-    A step of one level to the right is let pass: blurred, it is still one. ``words`` is ``mask``, eight
-    bytes at a time; what of it lies beyond the row is 0.
+    A step of one level to the right is let pass: blurred, it is still one. ``mask_words`` is ``mask``, eight
+    bytes at a time, as ``page`` and ``above`` are this row and the one above; what lies beyond is 0.
     """
     last = len(row) - 3
-    here, right, over, out = row[:last], row[3:], above[:last], mask[:last]
+    here, right, out = row[:last], row[3:], mask[:last]
     for i in range(len(out)):
-        step = np.uint8(max(here[i], right[i]) - min(here[i], right[i]))
-        out[i] = np.uint8(step & np.uint8(254)) | (here[i] ^ over[i])
-    for c in range(last, last + 3):
-        mask[c] = row[c] ^ above[c]
+        out[i] = np.uint8(np.uint8(max(here[i], right[i]) - min(here[i], right[i])) & np.uint8(254))
     for b in range(len(blocks)):
-        blocks[b] = np.uint8((words[2 * b] | words[2 * b + 1]) != 0)
+        one, two = max(2 * b, 0), max(2 * b + 1, 0)
+        along = (mask_words[one] | mask_words[two]) != 0
+        down = ((page[one] ^ above[one]) | (page[two] ^ above[two])) != 0
+        blocks[b] = np.uint8(along) | np.uint8(np.uint8(down) << 1)
 
 
 @compiled
@@ -140,6 +148,8 @@ def _find_runs(
     lines: Places,
     before: int,
     behind: int,
+    anew: bool,
+    moved: bool,
     active: Image,
     active_words: NDArray[np.uint64],
     hot: Image,
@@ -148,14 +158,17 @@ def _find_runs(
     """Find what has to be blurred, and what to be developed anew.
 
     Args:
-        changes: Blocks of each row of the ring in which it changes: 1.
+        changes: Blocks of each row of the ring in which it changes, see :func:`_find_changes`.
         lines: Places in the ring of the rows under the kernel.
         before: Blocks to the left of a change that see it.
         behind: And to its right.
-        active: In and out: blocks to be blurred, of the row above and of this one: 1.
+        anew: Whether nothing is known of the row above.
+        moved: Whether its kernel was another.
+        active: In and out: ``BLURRED`` and ``FRESH`` blocks, of the row above and of this one.
         active_words: The same memory.
         hot: Zeros, three times as long; scratch.
-        runs: Out: first block and the one behind the last, of runs to be blurred and to be developed.
+        runs: Out: first block and the one behind the last, of runs with blocks to be blurred and to be
+            developed.
 
     Returns:
         How many of both.
@@ -169,29 +182,37 @@ def _find_runs(
         for b in range(len(middle)):
             middle[b] |= line[b]
     for b in range(len(active)):
-        active[b] = np.uint8(active[b] << 1) & np.uint8(2)
+        active[b] = np.uint8(np.uint8(active[b] & BLURRED) << np.uint8(2))
     for step in range(-min(behind, blocks), min(before, blocks) + 1):
         part = hot[blocks + step : 2 * blocks + step]
         for b in range(len(active)):
             active[b] |= part[b]
-    blurred, developed = 0, 0
+    # What the kernel sees changed from the row above to this one; what is no longer blurred; and if the
+    # kernel moved all that is blurred.
+    always = FRESH if anew else np.uint8(0)
+    either = np.uint8(7) if moved else np.uint8(2)
+    for b in range(len(active)):
+        blurred = BLURRED if np.uint8(active[b] & np.uint8(3)) != 0 else np.uint8(0)
+        fresh = FRESH if np.uint8(active[b] & either) != 0 or active[b] == 4 else always
+        active[b] = blurred | fresh
+    blurs, developed = 0, 0
     blur_end, end = -GAP - 1, -GAP - 1
     for w in range(len(active_words)):
         if active_words[w] != 0:
             for b in range(WORD * w, WORD * w + WORD):
-                if active[b] != 0:
+                if active[b] & FRESH:
                     if b > end + GAP:
                         runs[1, developed, 0] = b
                         developed += 1
                     end = b + 1
                     runs[1, developed - 1, 1] = end
-                if active[b] & 1:
-                    if b > blur_end + GAP:
-                        runs[0, blurred, 0] = b
-                        blurred += 1
-                    blur_end = b + 1
-                    runs[0, blurred - 1, 1] = blur_end
-    return blurred, developed
+                    if active[b] & BLURRED:
+                        if b > blur_end + GAP:
+                            runs[0, blurs, 0] = b
+                            blurs += 1
+                        blur_end = b + 1
+                        runs[0, blurs - 1, 1] = blur_end
+    return blurs, developed
 
 
 # Loops of one kind each, for in one long function the compiler gives up on vectors; each goes over all
@@ -291,10 +312,11 @@ def _along_runs(
     number: int,
     level: Levels,
     total: Levels,
+    active: Image,
     out: Words,
     table: Words,
 ) -> None:
-    """Blur runs along the row, four taps at a time (behind the last there are zeros), and encode them."""
+    """Blur runs along the row, four taps at a time (behind the last there are zeros); encode fresh blocks."""
     pad = len(out) + MARGIN
     half = np.uint16(number // 2)
     for r in range(count):
@@ -312,8 +334,9 @@ def _along_runs(
                 total[i] = np.uint16(light + np.uint16((np.uint32(level[at + i]) * w3) >> 16))
         for b in range(runs[0, r, 0], runs[0, r, 1]):
             start, at = max(BLOCK * b, 0), max(BLOCK * (b - runs[0, r, 0]), 0)
-            for i in range(BLOCK):
-                out[start + i] = table[total[at + i] >> COARSE]
+            if active[b] == BLURRED | FRESH:
+                for i in range(BLOCK):
+                    out[start + i] = table[total[at + i] >> COARSE]
 
 
 @compiled
@@ -323,11 +346,20 @@ def _copy(source: Image, out: Image) -> None:
 
 
 @compiled
-def _widen_runs(runs: Places, count: int, source: Image, out: Words) -> None:
+def _widen_runs(runs: Places, count: int, source: Image, active: Image, out: Words) -> None:
+    """Take fresh blocks that are not blurred as they are."""
     for r in range(count):
-        start, size = max(BLOCK * runs[1, r, 0], 0), max(BLOCK * (runs[1, r, 1] - runs[1, r, 0]), 0)
-        for i in range(size):
-            out[start + i] = np.int16(np.int16(source[start + i]) << 6)
+        for b in range(runs[1, r, 0], runs[1, r, 1]):
+            start = max(BLOCK * b, 0)
+            if active[b] == FRESH:
+                for i in range(BLOCK):
+                    out[start + i] = np.int16(np.int16(source[start + i]) << 6)
+
+
+@compiled
+def _widen(source: Image, out: Words) -> None:
+    for i in range(len(out)):
+        out[i] = np.int16(np.int16(source[i]) << 6)
 
 
 @compiled
@@ -341,22 +373,19 @@ def _gain_of_row(factors: Words, columns: Words, gain: Levels) -> None:
 
 @compiled
 def _light_runs(
-    runs: Places, count: int, row: Words, gain: Levels, least: Levels, most: Levels, before: Words
+    runs: Places, count: int, before: Words, gain: Levels, least: Levels, most: Levels, row: Words
 ) -> None:
     """Multiply light; where that matters hold it between the lines of least and greatest gain (1/4096)."""
     for r in range(count):
-        if len(least) > 0:
-            for i in range(BLOCK * runs[1, r, 0], BLOCK * runs[1, r, 1]):
-                before[i] = row[i]
-        start, size = max(BLOCK * runs[1, r, 0], 0), max(BLOCK * (runs[1, r, 1] - runs[1, r, 0]), 0)
+        start, size = max(BLOCK * runs[r, 0], 0), max(BLOCK * (runs[r, 1] - runs[r, 0]), 0)
         for i in range(size):
-            doubled = np.uint16((np.uint16(row[start + i]) << 1) + 2 * OFFSET)
+            doubled = np.uint16((np.uint16(before[start + i]) << 1) + 2 * OFFSET)
             raised = np.uint16(gain[start + i] << 2)
             product = np.uint16((np.uint32(doubled) * np.uint32(raised)) >> 16)
             value = np.int16(np.int32(product) - OFFSET)
             row[start + i] = min(max(value, np.int16(0)), np.int16(BRIGHTEST))
         if len(least) > 0:
-            for i in range(BLOCK * runs[1, r, 0], min(BLOCK * runs[1, r, 1], len(least))):
+            for i in range(BLOCK * runs[r, 0], min(BLOCK * runs[r, 1], len(least))):
                 low = min((np.int64(before[i]) * least[i]) >> 12, BRIGHTEST)
                 high = (np.int64(before[i]) * most[i]) >> 12
                 row[i] = np.int16(min(max(np.int64(row[i]), low), high))
@@ -368,7 +397,7 @@ def _spread_runs(runs: Places, count: int, row: Words, law: Words, step: int, ou
     base, c0, c1, c2, c3 = law[0], law[1], law[2], law[3], law[4]
     t1, t2, t3, times = law[5], law[6], law[7], np.int16(step)
     for r in range(count):
-        start, size = max(BLOCK * runs[1, r, 0], 0), max(BLOCK * (runs[1, r, 1] - runs[1, r, 0]), 0)
+        start, size = max(BLOCK * runs[r, 0], 0), max(BLOCK * (runs[r, 1] - runs[r, 0]), 0)
         for i in range(size):
             level = row[start + i]
             std = np.int16(base + np.int16((np.int32(level) * np.int32(c0)) >> 16))
@@ -396,11 +425,10 @@ def _store(row: Words, out: Image) -> None:
 @compiled
 def _drop_bits(out: Image, bits: int) -> None:
     """Keep the upper bits and repeat them below, so that black stays black and white white."""
-    lost = np.uint8(8 - bits)
-    again = np.uint8(bits - lost)
+    mask, again = np.uint8(256 - (1 << (8 - bits))), np.uint16(256 >> bits)
     for i in range(len(out)):
-        upper = np.uint8(out[i] >> lost)
-        out[i] = np.uint8(np.uint8(upper << lost) | np.uint8(upper >> again))
+        upper = np.uint8(out[i] & mask)
+        out[i] = np.uint8(upper | np.uint8(np.uint16(np.uint16(upper) * again) >> 8))
 
 
 @compiled
@@ -422,6 +450,7 @@ def spoil(
     decode: Levels,
     encode: Words,
     kept: Image,
+    kept_words: NDArray[np.uint64],
     linear: Levels,
     blocks: Image,
     active_words: NDArray[np.uint64],
@@ -458,6 +487,7 @@ def spoil(
         decode: Code to linear light, 256.
         encode: Linear light to 1/64 codes.
         kept: Zeros: ring of rows, ``(2 r + 2, m)`` for a kernel of radius r; m is 3 w, filled up to words.
+        kept_words: The same memory, eight bytes at a time.
         linear: Scratch ring of the same rows in linear light.
         blocks: Scratch, ``(3, 2 r + 2, m / BLOCK)``.
         active_words: Its last part's first row, eight blocks at a time.
@@ -471,50 +501,47 @@ def spoil(
         taps: Scratch, ``(PHASES, n)`` with n ``TAPS`` more than there can be.
         places: Scratch, ``(6, max(PHASES, 2 r + 2))``.
         hot: Zeros, ``3 m / BLOCK``.
-        runs: Scratch, ``(2, m / BLOCK, 2)``.
+        runs: Scratch, ``(3, m / BLOCK, 2)``.
     """
     height, n = image.shape
     radius, size = len(down) // 2, kept.shape[0]
     changes, known, active = blocks[0], blocks[1], blocks[2, 0]
     firsts, counts, slots, fresh = places[0], places[1], places[2], places[3]
     lines, pages = places[4, : len(down)], places[5, : len(down)]
-    row, before, std = words[0], words[1], words[2]
+    plain, std = words[1], words[2]
+    row = words[0] if len(rows) > 0 else plain
     inner, inner_std = row[:n], std[:n]
+    some, whole = runs[1], runs[2]
     blurs = radius > 0 or length > 0.0 or shear != 0.0
     for i in range(len(counts)):
         counts[i] = 0
     for b in range(len(active)):
         active[b] = 0
-    read, slot, ahead, back = 0, size - 1, 0, 0
-    blurred, developed = 0, 0
+    whole[0, 0], whole[0, 1] = 0, len(active)
+    read, slot, ahead, back, seen_shift = 0, size - 1, 0, 0, 0
+    seen_all, seen_ahead, seen_back, all_blurred, all_developed = False, 0, 0, 0, 0
     for y in range(height):
         while read < min(y + radius + 1, height):
-            # Rows that are the same share a page; their changes differ once more, for the first has its own
-            # against the row above.
+            # Rows that are the same share a page; of such, changes from above end at the second.
             here, above = read % size, (read + size - 1) % size
+            fresh[here] = 1 if read > 0 and fresh[above] == 2 else 0
             if read == 0 or _differ(image[read], kept[slot, :n]):
                 last = slot
                 slot = (slot + 1) % size
-                page = kept[slot]
-                _copy(image[read], page[:n])
-                for b in range(known.shape[1]):
-                    known[slot, b] = 0
-                over = kept[slot if read == 0 else last]
-                if blurs:
-                    _find_changes(page[:n], over[:n], mask, mask_words, changes[here])
                 fresh[here] = 2
-            elif not blurs:
-                fresh[here] = 0
-            elif fresh[above] == 2:
-                page = kept[slot]
-                _find_changes(page[:n], page[:n], mask, mask_words, changes[here])
-                fresh[here] = 1
-            else:
-                _copy(changes[above], changes[here])
-                fresh[here] = 0
+                _copy(image[read], kept[slot, :n])
+                if blurs:
+                    for b in range(known.shape[1]):
+                        known[slot, b] = 0
+                    over = kept_words[slot if read == 0 else last]
+                    _find_changes(kept[slot, :n], mask, mask_words, kept_words[slot], over, changes[here])
+            elif blurs:
+                for b in range(changes.shape[1]):
+                    changes[here, b] = changes[above, b] & np.uint8(1)
             slots[here] = slot
             read += 1
         shift = math.floor(shear * (y + 0.5 - height / 2.0) * PHASES + 0.5)
+        moved, seen_shift = shift != seen_shift, shift
         phase = shift % PHASES
         if blurs and counts[phase] == 0:
             firsts[phase], counts[phase] = blur_taps(psf, phase / PHASES, length, box, taps[phase])
@@ -523,45 +550,51 @@ def spoil(
         first, count = firsts[phase] + shift // PHASES, counts[phase]
         # A change is seen by every block that looks at it, from its last tap to its first, and by its own,
         # so that a block which is left alone may keep what it has.
-        seen_ahead, seen_back = ahead, back
         if blurs:
             ahead = (3 * max(-first, 0) + BLOCK - 1) // BLOCK
             back = (3 * max(first + count - 1, 0) + BLOCK - 1) // BLOCK
-        news = y == 0 or ahead != seen_ahead or back != seen_back
+        news = y == 0
         for j in range(len(down)):
             lines[j] = min(max(y + j - radius, 0), height - 1) % size
             pages[j] = slots[lines[j]]
-            news = news or fresh[lines[j]] != 0
-        if not blurs:
-            developed = 0
+            news = news or fresh[lines[j]] >= (1 if blurs else 2)
+        seen_all = seen_all and not news and ahead == seen_ahead and back == seen_back
+        seen_ahead, seen_back = ahead, back
+        if blurs and (news or (moved and not seen_all)):
+            all_blurred, all_developed = _find_runs(
+                changes, lines, ahead, back, y == 0, moved, active, active_words, hot, runs
+            )
+            seen_all = moved
+        elif blurs and moved:  # what was blurred in the row above is blurred anew
+            all_developed = all_blurred
+            for r in range(all_blurred):
+                some[r, 0], some[r, 1] = runs[0, r, 0], runs[0, r, 1]
+        blurred, developed = 0, 0
+        if blurs and (news or moved):
+            blurred, developed = all_blurred, all_developed
+            _widen_runs(runs, developed, kept[slots[y % size]], active, plain)
         elif news:
-            blurred, developed = _find_runs(changes, lines, ahead, back, active, active_words, hot, runs)
-        else:  # as in the row above, but what was blurred there only is developed again
-            developed = blurred
-            for r in range(blurred):
-                runs[1, r, 0], runs[1, r, 1] = runs[0, r, 0], runs[0, r, 1]
-        anew = y % SPREAD_ROWS == 0 or (not blurs and news)
-        changed = developed > 0 or anew
-        if anew or (y % GAIN_ROWS == 0 and len(rows) > 0):
-            runs[1, 0, 0], runs[1, 0, 1] = 0, len(active)
+            some[0, 0], some[0, 1] = 0, len(active)
             developed = 1
-        if developed > 0:
-            _widen_runs(runs, developed, kept[slots[y % size]], row)
+            _widen(kept[slots[y % size]], plain)
         if blurred > 0:
             _linear_runs(runs, blurred, back, ahead, pages, kept, linear, known, decode)
             _down_runs(runs, blurred, back, ahead, pages, linear, down, level)
             before_first = BLOCK * back if runs[0, 0, 0] < back else 0
             behind_last = BLOCK * (ahead + WORD) if runs[0, blurred - 1, 1] + ahead >= n // BLOCK else 0
             _go_on(level, len(row) + MARGIN, n, min(before_first, n), min(behind_last, n))
-            _along_runs(runs, blurred, first, taps[phase], count, level, total, row, encode)
+            _along_runs(runs, blurred, first, taps[phase], count, level, total, active, plain, encode)
         if len(rows) > 0:
             if y % GAIN_ROWS == 0:
                 _gain_of_row(rows[y], columns, gain)
-            if developed > 0:
-                _light_runs(runs, developed, row, gain, least, most, before)
+                _light_runs(whole, 1, plain, gain, least, most, row)
+            elif developed > 0:
+                _light_runs(some, developed, plain, gain, least, most, row)
         if len(law) > 0:
-            if changed:
-                _spread_runs(runs, developed, row, law, step, std)
+            if y % SPREAD_ROWS == 0:
+                _spread_runs(whole, 1, row, law, step, std)
+            elif developed > 0:
+                _spread_runs(some, developed, row, law, step, std)
             state = state * LEHMER % LEHMER_PRIME
             begin = state % STARTS
             _store_noisy(inner, inner_std, stream[begin : begin + n], image[y])

@@ -36,6 +36,7 @@ class Dirt(NamedTuple):
     """Memory of one thread, see the scratch of :func:`swarmvision.rendering.effects.spoil`."""
 
     kept: Image
+    kept_words: NDArray[np.uint64]
     linear: Levels
     blocks: Image
     active_words: NDArray[np.uint64]
@@ -57,9 +58,11 @@ class Dirt(NamedTuple):
         kernel, word = len(faults.psf), effects.BLOCK * effects.WORD
         n = -(-3 * width_px // word) * word
         size, reach = n // effects.BLOCK, width_px + 2 * kernel + 16
+        kept = np.zeros((kernel + 1, n), np.uint8)
         mask, blocks = np.zeros(n, np.uint8), np.zeros((3, kernel + 1, size), np.uint8)
         return cls(
-            kept=np.zeros((kernel + 1, n), np.uint8),
+            kept=kept,
+            kept_words=kept.view(np.uint64),
             linear=np.zeros((kernel + 1, n), np.uint16),
             blocks=blocks,
             active_words=blocks[2, 0].view(np.uint64),
@@ -73,7 +76,7 @@ class Dirt(NamedTuple):
             taps=np.zeros((effects.PHASES, reach), np.uint16),
             places=np.zeros((6, max(effects.PHASES, kernel + 1)), np.int64),
             hot=np.zeros(3 * size, np.uint8),
-            runs=np.zeros((2, size, 2), np.int64),
+            runs=np.zeros((3, size, 2), np.int64),
         )
 
 
@@ -109,6 +112,7 @@ def spoil_picture(image: Image, key: int, shear: float, length: float, faults: F
         faults.decode,
         faults.encode,
         dirt.kept,
+        dirt.kept_words,
         dirt.linear,
         dirt.blocks,
         dirt.active_words,
