@@ -215,6 +215,21 @@ def _find_runs(
     return blurs, developed
 
 
+@compiled
+def _find_new(page: NDArray[np.uint64], above: NDArray[np.uint64], anew: bool, runs: Places) -> int:
+    """Find runs of blocks in which a row is not as the one above; return how many."""
+    count, end = 0, -GAP - 1
+    for b in range(len(page) // 2):
+        one, two = max(2 * b, 0), max(2 * b + 1, 0)
+        if anew or ((page[one] ^ above[one]) | (page[two] ^ above[two])) != 0:
+            if b > end + GAP:
+                runs[count, 0] = b
+                count += 1
+            end = b + 1
+            runs[count - 1, 1] = end
+    return count
+
+
 # Loops of one kind each, for in one long function the compiler gives up on vectors; each goes over all
 # runs of a row, for a call with arrays costs more than most runs. Starts are held at 0 or more only so
 # that the compiler need not ask whether an index counts from the end.
@@ -357,9 +372,11 @@ def _widen_runs(runs: Places, count: int, source: Image, active: Image, out: Wor
 
 
 @compiled
-def _widen(source: Image, out: Words) -> None:
-    for i in range(len(out)):
-        out[i] = np.int16(np.int16(source[i]) << 6)
+def _widen(runs: Places, count: int, source: Image, out: Words) -> None:
+    for r in range(count):
+        start, size = max(BLOCK * runs[r, 0], 0), max(BLOCK * (runs[r, 1] - runs[r, 0]), 0)
+        for i in range(size):
+            out[start + i] = np.int16(np.int16(source[start + i]) << 6)
 
 
 @compiled
@@ -518,7 +535,7 @@ def spoil(
     for b in range(len(active)):
         active[b] = 0
     whole[0, 0], whole[0, 1] = 0, len(active)
-    read, slot, ahead, back, seen_shift = 0, size - 1, 0, 0, 0
+    read, slot, last, ahead, back, seen_shift = 0, size - 1, size - 1, 0, 0, 0
     seen_all, seen_ahead, seen_back, all_blurred, all_developed = False, 0, 0, 0, 0
     for y in range(height):
         while read < min(y + radius + 1, height):
@@ -574,9 +591,8 @@ def spoil(
             blurred, developed = all_blurred, all_developed
             _widen_runs(runs, developed, kept[slots[y % size]], active, plain)
         elif news:
-            some[0, 0], some[0, 1] = 0, len(active)
-            developed = 1
-            _widen(kept[slots[y % size]], plain)
+            developed = _find_new(kept_words[slot], kept_words[last], y == 0, some)
+            _widen(some, developed, kept[slot], plain)
         if blurred > 0:
             _linear_runs(runs, blurred, back, ahead, pages, kept, linear, known, decode)
             _down_runs(runs, blurred, back, ahead, pages, linear, down, level)
