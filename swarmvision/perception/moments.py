@@ -30,6 +30,7 @@ from swarmvision.marker import Marker
 MEDIAN_SIZE = 15  # px; the paper's best filter
 HUE_WINDOW = 12  # of OpenCV's 180: half width round a colour's hue
 LEAST_SATURATION, LEAST_VALUE = 90, 40  # of 255
+MOST_REGIONS = 512  # of one colour, the largest; confetti has more
 LEAST_AREA = 25  # px of a region; a smaller one is noise
 DEAD_ZONE = np.radians(45.0)  # psi from 0 to this cannot be told (the paper's own word)
 RANGE_STD, BEARING_STD, HEADING_STD = 0.0044, 0.0597, np.radians(3.25)  # relative, relative, rad: Table 1
@@ -183,21 +184,21 @@ def _regions(hsv: NDArray[np.uint8], colour: tuple[int, int, int]) -> FloatArray
         for stat, middle in zip(stats[1:], middles[1:], strict=True)
         if stat[cv2.CC_STAT_AREA] >= LEAST_AREA
     ]
-    return np.array(rows, dtype=np.float64).reshape(-1, 7)
+    regions = np.array(rows, dtype=np.float64).reshape(-1, 7)
+    largest = np.argsort(-regions[:, 6], kind="stable")[:MOST_REGIONS]
+    return regions[np.sort(largest)]
 
 
 def _paired(tops: FloatArray, bottoms: FloatArray, marker: Marker) -> list[tuple[FloatArray, FloatArray]]:
     """Pair each region of the top band with one of the bottom band below it, best fits first."""
     proportion = (_middle(marker, 0) - _middle(marker, -1)) / (2.0 * marker.radius)
-    fits = []
-    for i, top in enumerate(tops):
-        for j, bottom in enumerate(bottoms):
-            width = max(top[4], bottom[4])
-            aside = abs(top[0] - bottom[0]) / width
-            stretch = (bottom[1] - top[1]) / (width * proportion)
-            alike = min(top[4], bottom[4]) / width
-            if aside < 0.25 and 0.6 < stretch < 2.2 and alike > 0.6:
-                fits.append((aside + abs(np.log(stretch)) + 1.0 - alike, i, j))
+    width = np.maximum(tops[:, None, 4], bottoms[:, 4])  # (tops, bottoms)
+    aside = np.abs(tops[:, None, 0] - bottoms[:, 0]) / width
+    stretch = np.maximum(bottoms[:, 1] - tops[:, None, 1], 1e-9) / (width * proportion)
+    alike = np.minimum(tops[:, None, 4], bottoms[:, 4]) / width
+    score = aside + np.abs(np.log(stretch)) + 1.0 - alike
+    places = np.argwhere((aside < 0.25) & (stretch > 0.6) & (stretch < 2.2) & (alike > 0.6))
+    fits = [(float(score[i, j]), int(i), int(j)) for i, j in places]
     pairs, used_tops, used_bottoms = [], set(), set()
     for _, i, j in sorted(fits):
         if i not in used_tops and j not in used_bottoms:
