@@ -186,7 +186,10 @@ HARD = {
 }
 
 
-@pytest.mark.parametrize("settings", [{}, {"rig": {"servo": {}}, "rate_hz": 20}, HARD], ids=["ring", "pan", "hard"])
+SWEEPING = {"rig": {"servo": {}}, "rate_hz": 20}
+
+
+@pytest.mark.parametrize("settings", [{}, SWEEPING, HARD], ids=["ring", "pan", "hard"])
 def test_one_kernel_and_one_by_one_say_the_same(settings: dict[str, Any]) -> None:
     by_kernel, by_hand = sensor(5, **settings), sensor(5, keep=True, **settings)
     world = World(ARENA, ROBOT, Scene.at_rest(CIRCLE))
