@@ -18,6 +18,7 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
 from swarmvision.rendering.raycast import Raycaster
 
+SCENARIOS = Path(__file__).parent.parent / "swarmvision" / "scenarios"
 SMALL = [
     "--set",
     "seconds=1",
@@ -91,7 +92,8 @@ def test_demo_writes_what_it_promises(tmp_path: Path) -> None:
 
 def test_demo_lists_the_scenarios() -> None:
     names = [line.split()[0] for line in swarmvision("demo", "--list").stdout.splitlines()]
-    assert names == ["aggregation", "flocking", "paper"]
+    assert {"aggregation", "flocking", "herding", "lattice", "paper", "transport"} <= set(names)
+    assert names == sorted(path.stem for path in SCENARIOS.glob("*.toml"))
 
 
 def test_detect_prints_one_json_line_a_picture(picture: Path) -> None:

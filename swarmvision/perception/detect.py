@@ -72,6 +72,8 @@ def candidates(
     found = []
     for piece in scratch.pieces[: find(image, balance.address, look, scratch)]:
         own = slice(int(piece[P_FIRST]), int(piece[P_LAST]))
+        if own.start >= own.stop:  # merged into another
+            continue
         found.append(
             Candidate(
                 float(piece[P_LEFT]),

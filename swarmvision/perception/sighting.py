@@ -193,8 +193,11 @@ def _sides(light: FloatArray, candidate: Candidate, scale: int) -> tuple[FloatAr
             inset = 0.25 * (bottom - top)
             first, last = max(int(np.ceil(top + inset)), 0), min(int(bottom - inset), light.shape[0])
             for rows in _slices(first, last):
-                piece = light[rows] if sign < 0 else light[rows, ::-1]
-                at = _end_of(piece.astype(np.float64), light.shape[1] - guess if sign > 0 else guess, reach)
+                piece = (light[rows] if sign < 0 else light[rows, ::-1]).astype(np.float64)
+                start = light.shape[1] - guess if sign > 0 else guess
+                # The look is sparse where markers are wide: the end may be beyond its last column.
+                ends_at = (_end_of(piece, start + shift, reach) for shift in (0, reach, -reach))
+                at = next((end for end in ends_at if end is not None), None)
                 if at is not None:
                     points.append((light.shape[1] - at if sign > 0 else at, (rows.start + rows.stop) / 2.0))
                     signs.append(sign)
