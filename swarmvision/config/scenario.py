@@ -164,11 +164,9 @@ class ScenarioConfig(Settings):
 def packaged_scenarios() -> dict[str, str]:
     """Return the name and the description of every scenario that ships with the package."""
     folder = resources.files("swarmvision.scenarios")
-    files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".toml"))
-    return {
-        name.removesuffix(".toml"): tomllib.loads((folder / name).read_text())["description"]
-        for name in files
-    }
+    files = [file.name for file in folder.iterdir() if file.name.endswith(".toml")]
+    names = sorted(file.removesuffix(".toml") for file in files)
+    return {name: tomllib.loads((folder / f"{name}.toml").read_text())["description"] for name in names}
 
 
 def packaged_scenario(name: str, overrides: Sequence[str] = ()) -> ScenarioConfig:
