@@ -65,7 +65,7 @@ def demo(
 
     if list_all:
         for known, description in packaged_scenarios().items():
-            typer.echo(f"{known:14s} {description}")
+            typer.echo(f"{known:24s} {description}")
         return
     wishes = {"robots": robots, "seconds": seconds}
     overrides = [f"{key}={value}" for key, value in wishes.items() if value is not None]
