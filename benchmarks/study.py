@@ -186,8 +186,8 @@ def table(question: Question, found: Sequence[Outcome]) -> str:
     """Return median (quartiles) of every measure as Markdown."""
     names = list(question.measures.values())
     lines = [
-        f"| law or sensor | {question.axis} | {' | '.join(names)} |",
-        "|" + " --- |" * (len(names) + 2),
+        f"| law or sensor | {question.axis} | {' | '.join(names)} | seeds |",
+        "|" + " --- |" * (len(names) + 3),
     ]
     for outcome in found:
         cells = []
@@ -195,7 +195,8 @@ def table(question: Question, found: Sequence[Outcome]) -> str:
             low, middle, high = np.percentile(outcome.values[key], (25, 50, 75))
             cells.append(f"{middle:.3f} ({low:.3f}-{high:.3f})")
         place = outcome.place if isinstance(outcome.place, str) else f"{outcome.place:g}"
-        lines.append(f"| {outcome.series} | {place} | {' | '.join(cells)} |")
+        seeds = len(outcome.values[next(iter(question.measures))])
+        lines.append(f"| {outcome.series} | {place} | {' | '.join(cells)} | {seeds} |")
     return "\n".join(lines) + "\n"
 
 
