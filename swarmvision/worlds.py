@@ -25,8 +25,8 @@ from swarmvision.geometry import FloatArray, wrap
 from swarmvision.ground import ANGLE, SPIN, VX, travelled
 from swarmvision.placement import starting_scene
 from swarmvision.randomness import Subsystem, hashed, stream
+from swarmvision.sensing.error_memory import ErrorMemory
 from swarmvision.sensing.error_model import (
-    ErrorMemory,
     error_model,
     exposures_until,
     observer_keys,

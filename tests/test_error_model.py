@@ -13,7 +13,8 @@ from swarmvision.config.sensor import ErrorModelSensorConfig
 from swarmvision.data import Estimates, Scene
 from swarmvision.errors import ConfigError, DataError
 from swarmvision.experiments.error_model import COLUMNS, FLIGHTS, MEASURED, REMEMBERED, Flight, fit, record
-from swarmvision.sensing.error_model import ErrorModelSensor, bin_of, picked
+from swarmvision.sensing.error_chance import bin_of, picked
+from swarmvision.sensing.error_model import ErrorModelSensor
 from swarmvision.sensing.error_table import DEVIATES, RANGES, TURNS, VISIBLES, ErrorTable, provenance
 
 ROBOT = RobotConfig()
