@@ -73,6 +73,11 @@ def truth(**settings: Any) -> str:
     return f'sensor={{kind="truth"{inner}}}'
 
 
+def camera(rig: str, **settings: Any) -> str:
+    inner = "".join(f", {key}={value}" for key, value in settings.items())
+    return f'sensor={{kind="camera", rig="{rig}"{inner}}}'
+
+
 def field_of_view() -> Iterator[Condition]:
     for name, title in LAWS.items():
         for degrees in (54, 90, 135, 180, 225, 270, 315, 360):
@@ -141,9 +146,19 @@ def faults() -> Iterator[Condition]:
 
 
 def aggregation() -> Iterator[Condition]:
-    for scenario in ("aggregation", "aggregation-gauci", "aggregation-beeclust", "aggregation-soysal"):
-        for title, setting in (("truth", truth(reach=4.5)), ("camera", RING_7[:-1] + ", reach=3.0}")):
+    """Each law with the lenses that it needs: who looks ahead alone has one or two."""
+    rigs = {"": "ring-7", "-gauci": "single", "-beeclust": "ring-2", "-soysal": "ring-7"}
+    for law_of, rig in rigs.items():
+        for title, setting in (("truth", truth(reach=4.5)), ("camera", camera(rig, reach=3.0))):
+            scenario = "aggregation" + law_of
             yield Condition(title, scenario, ("robots=20", "seconds=180", setting), scenario)
+
+
+def herding() -> Iterator[Condition]:
+    """The dog sees by pixels, the sheep as sheep do."""
+    eyes = {"truth": truth(reach=12.0), "camera": camera("ring-7", reach=4.0)}
+    for title, setting in eyes.items():
+        yield Condition(title, "herding", (setting,), "herding")
 
 
 QUESTIONS = {
@@ -155,12 +170,23 @@ QUESTIONS = {
     "sensors": Question("What does noise cost, and which sensor flocks?", "sensor", tuple(sensors())),
     "latency": Question("What does latency cost? (truth)", "latency (frames of 0.1 s)", tuple(latency())),
     "scale": Question("How do the laws scale? (truth)", "robots", tuple(scale())),
-    "faults": Question("What do faults cost? (pixels)", "fault", tuple(faults())),
+    "faults": Question(
+        "What do faults cost? (pixels)",
+        "fault",
+        tuple(faults()),
+        {"order": "order", "flock_order": "order of the largest cluster", **MEASURES},
+    ),
     "aggregation": Question(
         "Who gathers twenty robots in three minutes?",
         "scenario",
         tuple(aggregation()),
         {key: MEASURES[key] for key in ("largest_cluster", "contacts_per_robot_minute")},
+    ),
+    "herding": Question(
+        "Does a dog with cameras bring ten sheep home?",
+        "scenario",
+        tuple(herding()),
+        {"herding_success": "brought home", "gathered_share_final": "sheep at home at the end"},
     ),
 }
 
@@ -177,7 +203,8 @@ def outcomes(question: Question, rows: Sequence[dict[str, Any]]) -> list[Outcome
     found = []
     for number, condition in enumerate(question.conditions):
         mine = [row for row in rows if row["label"] == str(number)]
-        values = {key: [float(row[key]) for row in mine] for key in question.measures}
+        told = [{**row, **row["outcome"]} for row in mine]
+        values = {key: [float(row[key]) for row in told] for key in question.measures}
         found.append(Outcome(condition.series, condition.place, values))
     return found
 

@@ -17,6 +17,8 @@ from swarmvision.geometry import FloatArray
 ComplexArray = NDArray[np.complex128]
 
 NEAREST, FARTHEST = 0.01, 1e3  # m: ranges are held within, so that no power of one overflows
+CONTACT_RANGE = 0.08  # m, where an obstacle pushes most: a robot's half diagonal and a little
+OBSTACLE_GAIN = 2.0  # of that push against a direction of length 1: ours
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +112,9 @@ def _offset(place: FloatArray) -> tuple[ComplexArray, BoolArray]:
     return place[..., 0] + 1j * place[..., 1], known
 
 
-def push_of_obstacles(senses: Senses, obstacle_range: float, contact_range: float) -> ComplexArray:
+def push_of_obstacles(
+    senses: Senses, obstacle_range: float, contact_range: float = CONTACT_RANGE
+) -> ComplexArray:
     """Return the push away from what the proximity ring meets and is no robot, of length 1 at most.
 
     Each sector pushes with the square of how far its thing has come in between ``obstacle_range``, where it

@@ -9,7 +9,8 @@ control", Robotics and Autonomous Systems 31, 2000, doi:10.1016/S0921-8890(99)00
 
 Where we differ: ``N`` and the middle are of the sheep in sight; the dog goes round the flock, where the
 paper's may walk through it; a dog that does not know the goal gathers only. Where the sensor cannot tell
-teams, whoever it sees is a sheep. Values are ours.
+teams, whoever it sees is a sheep. The paper's dog knows where every sheep is; ours, with none in sight,
+crosses the arena from wall to wall until it sees one. Values are ours.
 """
 
 from __future__ import annotations
@@ -18,7 +19,16 @@ import numpy as np
 
 from swarmvision.config.controller import DogConfig
 from swarmvision.controllers.chance import Chance, begin
-from swarmvision.controllers.crowd import FARTHEST, ComplexArray, Crowd, crowd, goal_offset, unit
+from swarmvision.controllers.crowd import (
+    FARTHEST,
+    OBSTACLE_GAIN,
+    ComplexArray,
+    Crowd,
+    crowd,
+    goal_offset,
+    push_of_obstacles,
+    unit,
+)
 from swarmvision.controllers.law import Law
 from swarmvision.controllers.motion import turn_and_go, with_alone
 from swarmvision.data import BoolArray, Commands, Senses
@@ -32,9 +42,13 @@ def step(senses: Senses, memory: Chance, config: DogConfig) -> tuple[Commands, C
     way = way + config.noise * np.exp(2j * np.pi * memory.even())
     near = sheep.within((sheep.distance < config.slow_range) & (sheep.towards.real > 0.0)).anybody
     pace = np.where(near, config.slow, 1.0) * np.minimum(np.abs(target) / config.sheep_range, 1.0)
+    push = push_of_obstacles(senses, config.obstacle_range)
+    way = np.where(sheep.anybody, way, 1.0 + OBSTACLE_GAIN * push)
     commands = turn_and_go(way.real, way.imag, config.speed, config.turn_gain)
-    commands = Commands(pace * commands.speed, commands.turn_rate)
-    return with_alone(commands, sheep.anybody, config.alone, config.speed), memory.after()
+    commands = Commands(np.where(sheep.anybody, pace, 1.0) * commands.speed, commands.turn_rate)
+    if config.alone != "search":
+        commands = with_alone(commands, sheep.anybody, config.alone, config.speed)
+    return commands, memory.after()
 
 
 def post(sheep: Crowd, goal: ComplexArray, known: BoolArray, config: DogConfig) -> ComplexArray:
@@ -71,4 +85,4 @@ def _round_the_flock(target: ComplexArray, sheep: Crowd, config: DogConfig) -> C
     return np.asarray(np.where(behind, tangent, target))
 
 
-LAW = Law(DogConfig, frozenset({"range", "bearing", "kind", "goal"}), step, begin)
+LAW = Law(DogConfig, frozenset({"range", "bearing", "kind", "goal", "proximity"}), step, begin)

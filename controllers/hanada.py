@@ -20,14 +20,12 @@ from swarmvision.controllers.law import Law, Memory
 from swarmvision.controllers.motion import with_alone
 from swarmvision.data import Commands, Senses
 
-CONTACT_RANGE = 0.08  # m, where an obstacle pushes most: a robot's half diagonal and a little
-
 
 def step(senses: Senses, memory: Memory, config: HanadaConfig) -> tuple[Commands, Memory]:
     """Return the commands ``(...)`` of robots; there is nothing to remember."""
     near = crowd(senses.neighbours, config.reach)
     goal, informed = goal_offset(senses)
-    push = push_of_obstacles(senses, config.obstacle_range, CONTACT_RANGE)
+    push = push_of_obstacles(senses, config.obstacle_range)
     wanted = (
         config.gain * out_of_place(near, config.spacing)
         + config.goal_speed * unit(goal)

@@ -16,13 +16,10 @@ import numpy as np
 
 from swarmvision.config.controller import SheepConfig
 from swarmvision.controllers.chance import Chance, begin
-from swarmvision.controllers.crowd import FARTHEST, crowd, push_of_obstacles, unit
+from swarmvision.controllers.crowd import FARTHEST, OBSTACLE_GAIN, crowd, push_of_obstacles, unit
 from swarmvision.controllers.law import Law
 from swarmvision.controllers.motion import turn_and_go
 from swarmvision.data import Commands, Senses
-
-OBSTACLE_GAIN = 2.0  # of the push of a wall: ours
-CONTACT_RANGE = 0.08  # m, where a wall pushes most: a robot's half diagonal and a little
 
 
 def step(senses: Senses, memory: Chance, config: SheepConfig) -> tuple[Commands, Chance]:
@@ -32,7 +29,7 @@ def step(senses: Senses, memory: Chance, config: SheepConfig) -> tuple[Commands,
     dogs = others.within((kind != config.own_kind) & (kind >= 0)).within(config.dog_range)
     sheep = others.within((kind == config.own_kind) | (kind < 0))
     near = sheep.within(config.sheep_range)
-    push = push_of_obstacles(senses, config.obstacle_range, CONTACT_RANGE)
+    push = push_of_obstacles(senses, config.obstacle_range)
     way = (
         config.inertia
         + np.where(dogs.anybody, config.attraction, 0.0) * unit(sheep.total(sheep.offset))

@@ -18,13 +18,10 @@ import numpy as np
 from swarmvision.config.controller import SoysalConfig
 from swarmvision.controllers.chance import Chance
 from swarmvision.controllers.chance import begin as chance
-from swarmvision.controllers.crowd import FARTHEST, crowd, push_of_obstacles, unit
+from swarmvision.controllers.crowd import FARTHEST, OBSTACLE_GAIN, crowd, push_of_obstacles, unit
 from swarmvision.controllers.law import Keys, Law
 from swarmvision.controllers.motion import turn_and_go, with_alone
 from swarmvision.data import BoolArray, Commands, Senses
-
-OBSTACLE_GAIN = 2.0  # of the push of a wall against the pull of the others: ours
-CONTACT_RANGE = 0.08  # m, where a wall pushes most: a robot's half diagonal and a little
 
 
 class SoysalMemory(NamedTuple):
@@ -49,7 +46,7 @@ def step(senses: Senses, memory: SoysalMemory, config: SoysalConfig) -> tuple[Co
     changed = memory.chance.even() < 1.0 - np.exp(-rate * senses.dt)
     leaving = memory.leaving ^ changed
     way = unit(others.total(others.towards / others.distance)) * np.where(leaving, -1.0, 1.0)
-    way = way + OBSTACLE_GAIN * push_of_obstacles(senses, config.obstacle_range, CONTACT_RANGE)
+    way = way + OBSTACLE_GAIN * push_of_obstacles(senses, config.obstacle_range)
     moving = turn_and_go(way.real, way.imag, config.speed, config.turn_gain)
     waits = near & ~leaving
     commands = Commands(np.where(waits, 0.0, moving.speed), np.where(waits, 0.0, moving.turn_rate))

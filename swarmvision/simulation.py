@@ -202,6 +202,7 @@ def run(
         "controller": scenario.controller.law,
         "outcome": outcome(scenario, ledger.scenes),
         "order": float(np.mean(ordered[settled])),
+        "flock_order": float(np.mean(ledger.flock_order(link)[settled])),
         "largest_cluster": float(np.mean(largest[settled])),
         "order_final": float(ordered[-1]),
         "largest_cluster_final": float(largest[-1]),

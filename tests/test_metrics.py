@@ -25,6 +25,7 @@ from swarmvision.metrics import (
     expected_cluster_size,
     gathered_share,
     herding_success,
+    in_largest_cluster,
     largest_cluster,
     lattice_order,
     milling,
@@ -63,6 +64,21 @@ def test_clusters_are_chains_of_links() -> None:
     assert largest_cluster(places, 0.5) == pytest.approx(0.5)
     assert largest_cluster(places, 20) == 1.0
     assert largest_cluster(np.zeros((0, 2)), 0.5) == 1.0
+
+
+def test_the_largest_of_equal_clusters_is_the_first() -> None:
+    places = np.array([[9.0, 9.0], [0.0, 0.0], [9.1, 9.0], [0.1, 0.0]])
+    assert in_largest_cluster(places, 0.5).tolist() == [True, False, True, False]
+    assert in_largest_cluster(np.zeros((0, 2)), 0.5).shape == (0,)
+
+
+def test_the_order_of_the_flock_leaves_out_who_has_left_it() -> None:
+    ledger = Ledger(4, reach=1.0)
+    pose = np.array([[0.0, 0.0, 0.5], [0.3, 0.0, 0.5], [0.0, 0.3, 0.5], [5.0, 0.0, 0.5 + np.pi]])
+    ledger.note(Scene.at_rest(pose), Estimates.empty((4, 0)))
+    np.testing.assert_allclose(ledger.order(), [0.5])
+    np.testing.assert_allclose(ledger.flock_order(0.5), [1.0])
+    np.testing.assert_allclose(ledger.flock_order(9.0), ledger.order())
 
 
 def test_labels_follow_the_first_members() -> None:
@@ -344,7 +360,7 @@ def test_a_ledger_sums_up_what_it_noted() -> None:
     assert seeing["phantoms"] == pytest.approx(21 / 62)
     assert (seeing["track_switches"], seeing["connected"]) == (0, 0.0)
     assert seeing["blind"] == pytest.approx(2 / 3)
-    assert ledger.order().shape == ledger.largest_cluster(0.6).shape == (41,)
+    assert ledger.order().shape == ledger.largest_cluster(0.6).shape == ledger.flock_order(0.6).shape == (41,)
 
 
 @pytest.mark.parametrize("robots", [0, 1])

@@ -57,6 +57,16 @@ def test_a_dog_drives_a_close_flock_from_behind_and_fetches_a_stray() -> None:
     np.testing.assert_allclose(post(torn, goal, known, config), 2.0 + 2.2j)
 
 
+def test_a_dog_that_sees_no_sheep_crosses_the_arena_until_it_does() -> None:
+    arena = {"width": 6.0, "depth": 6.0}
+    blind = {"kind": "truth", "reach": 0.5}
+    alone = {"robots": 1, "seconds": 90.0, "arena": arena, "proximity": {}, "sensor": blind}
+    result = run(scenario(**alone, controller={"law": "dog"}, start={"x": 0, "y": 0, "radius": 0.1}), seed=3)
+    place = result.pose[:, 0, :2]
+    assert float(np.ptp(place, axis=0).max()) > 4.5  # m: to walls that face each other
+    assert result.summary["contacts"] == 0
+
+
 def test_sheep_flee_the_dog_and_else_stay() -> None:
     start = {"x": 0.0, "y": 0.0, "radius": 0.6}
     values = {"robots": 5, "teams": [{**SHEEP, "start": start}], "seconds": 8.0, "controller": {"law": "dog"}}

@@ -8,7 +8,7 @@ from scipy.cluster.hierarchy import linkage
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
-from swarmvision.data import IntArray
+from swarmvision.data import BoolArray, IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.metrics.groups import groups_of_places
 
@@ -23,10 +23,17 @@ def cluster_labels(position: ArrayLike, link: float) -> IntArray:
     return groups_of_places(place, np.argsort(place[:, 0], kind="stable"), link)
 
 
+def in_largest_cluster(position: ArrayLike, link: float) -> BoolArray:
+    """Return which places ``(r, 2)`` (m) are in the largest cluster, of equals the first, shape ``(r,)``."""
+    labels = cluster_labels(position, link)
+    largest: BoolArray = labels == np.argmax(np.bincount(labels, minlength=1))
+    return largest
+
+
 def largest_cluster(position: ArrayLike, link: float) -> float:
     """Return the fraction of places ``(r, 2)`` (m) that are in the largest cluster; 1 for nobody."""
-    labels = cluster_labels(position, link)
-    return float(np.bincount(labels).max() / len(labels)) if len(labels) else 1.0
+    largest = in_largest_cluster(position, link)
+    return float(largest.mean()) if len(largest) else 1.0
 
 
 def expected_cluster_size(position: ArrayLike, link: float) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarmvision.data import Estimates, Scene
 from swarmvision.geometry import FloatArray
-from swarmvision.metrics.clusters import dispersion, largest_cluster, social_entropy
+from swarmvision.metrics.clusters import dispersion, in_largest_cluster, largest_cluster, social_entropy
 from swarmvision.metrics.groups import groups_of_links
 from swarmvision.metrics.motion import contacts_per_robot_minute, displacement, path_efficiency, stuck
 from swarmvision.metrics.order import milling, order
@@ -79,6 +79,13 @@ class Ledger:
     def order(self) -> FloatArray:
         """Return the polar order, shape ``(t,)``."""
         return order(self.pose[..., 2])
+
+    def flock_order(self, link: float) -> FloatArray:
+        """Return the polar order of those in the largest cluster alone, shape ``(t,)``; ``link`` in m."""
+        members = [in_largest_cluster(scene.pose[:, :2], link) for scene in self.scenes]
+        return np.array(
+            [order(scene.pose[here, 2]) for scene, here in zip(self.scenes, members, strict=True)]
+        )
 
     def motion(self, contacts: int, body_radius: float) -> dict[str, Any]:
         """Return how the swarm moved; ``milling`` and ``dispersion`` over the last fifth.

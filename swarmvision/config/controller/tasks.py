@@ -38,8 +38,11 @@ class DogConfig(Settings):
     noise: Share = 0.1
     """Of its direction, the paper's e."""
 
-    alone: Alone = "scan"
-    """With no sheep in sight."""
+    obstacle_range: Range = 0.30
+    """Walls and things within this turn it aside while it searches (m)."""
+
+    alone: Alone | Literal["search"] = "search"
+    """With no sheep in sight; ``search`` crosses the arena from wall to wall."""
 
 
 class SheepConfig(Settings):
