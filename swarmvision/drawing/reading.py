@@ -99,14 +99,14 @@ def _stripe(
     if not len(plan.knots):
         return
     columns, upper, lower = _measured(image, balance, plan, reading)
-    tables = plan.directions[:, :, None] * balance.light
+    directions = plan.directions
     rays = lens.bearing_from_column(columns)
     across = np.clip(reading.range * np.sin(rays - reading.bearing) / plan.heights[5], -1.0, 1.0)
     sheet = np.empty((len(columns), HEIGHTS))
     for i, column in enumerate(columns):
         unroll(
-            image, tables[STRIPE], tables[BAND], int(column), upper[i], lower[i], plan.heights,
-            np.empty((2, image.shape[0] + 2)), np.empty(HEIGHTS), sheet[i],
+            image, balance.light, directions[STRIPE], directions[BAND], int(column), upper[i], lower[i],
+            plan.heights, np.empty(image.shape[0] + 2), np.empty(HEIGHTS), sheet[i],
         )  # fmt: skip
     panel.imshow(sheet.T, origin="lower", aspect="auto", cmap="cividis", vmin=-0.1, vmax=1.1)
     azimuth = np.mod(rays + math.pi - np.arcsin(across) - reading.heading, 2.0 * math.pi)
@@ -198,10 +198,18 @@ def _measured(
     columns = np.arange(math.ceil(candidate.columns[0]), int(candidate.columns[-1])) + 0.5
     lines = np.empty((LINES, max(len(columns), 1)))
     lines[COLUMNS, : len(columns)] = columns
-    tables = plan.directions[:, :, None] * balance.light
     thick = float(np.median(candidate.rows[:, 1] - candidate.rows[:, 0]))
     foot = float(np.median(candidate.rows[:, 3] - candidate.rows[:, 2]))
     used = inner_edges(
-        image, tables, candidate.bands, len(columns), candidate.columns, candidate.rows, thick, foot, lines
+        image,
+        balance.light,
+        plan.directions,
+        candidate.bands,
+        len(columns),
+        candidate.columns,
+        candidate.rows,
+        thick,
+        foot,
+        lines,
     )
     return lines[COLUMNS, :used], lines[UPPERS, :used], lines[LOWERS, :used]

@@ -61,7 +61,6 @@ from swarmvision.perception.plan import (
     RADIUS,
     RAYS,
     SPARE_A,
-    TOTAL,
     UPPERS,
     Scratch,
     Task,
@@ -191,11 +190,6 @@ def _read_under(
     pieces = find(image, scratch.address, task.look, scratch.look)
     if pieces == 0:
         return 0
-    for direction in range(len(scratch.tables)):
-        for channel in range(3):
-            weight = task.directions[direction, channel]
-            for code in range(256):
-                scratch.tables[direction, channel, code] = weight * scratch.light[channel, code]
     # A stack, the tallest on top: what hides is measured before what it hides.
     waiting = scratch.waiting
     left = min(pieces, len(waiting) // 2)
@@ -311,13 +305,13 @@ def measure(
         -1 where it is a marker, 0 where it is none after all, and where it is two the column (px) that
         parts them.
     """
-    lines, heights, view, tables = scratch.lines, task.heights, task.eye, scratch.tables
+    lines, heights, view, light = scratch.lines, task.heights, task.eye, scratch.light
     out = rows[found]
     out[:] = np.nan
     bands = int(piece[P_KIND])
     begin, end = int(piece[P_FIRST]), int(piece[P_LAST])
     coarse, coarse_rows = scratch.look.columns[begin:end], scratch.look.rows[begin:end]
-    if not looks_right(image, tables[TOTAL], coarse, coarse_rows, bands, task.expected, task.pale, lines):
+    if not looks_right(image, light, coarse, coarse_rows, bands, task.expected, task.pale, lines):
         return 0.0
     first = max(math.ceil(coarse[0] - 1.0), 0)
     last = min(int(coarse[-1] + 1.0), image.shape[1] - 1)
@@ -327,7 +321,9 @@ def measure(
     for i in range(count):
         lines[COLUMNS, i] = first + (i * (last - first)) // (count - 1) + 0.5
     thick_top, thick_bottom = _thickness(coarse_rows, 0, scratch), _thickness(coarse_rows, 2, scratch)
-    count = inner_edges(image, tables, bands, count, coarse, coarse_rows, thick_top, thick_bottom, lines)
+    count = inner_edges(
+        image, light, task.directions, bands, count, coarse, coarse_rows, thick_top, thick_bottom, lines
+    )
     if count < 2:
         return 0.0
     if bands == BOTH:
@@ -341,7 +337,7 @@ def measure(
         while stop - start > 2 and coarse[stop - 1] > lines[COLUMNS, count - 1] + 2.5:
             stop -= 1
         coarse, coarse_rows = coarse[start:stop], coarse_rows[start:stop]
-    left, right, cut, end_width = find_sides(image, tables, bands, coarse, coarse_rows)
+    left, right, cut, end_width = find_sides(image, light, task.directions, bands, coarse, coarse_rows)
     covered = _covered(piece, rows, found)
     cut |= covered
     for i in range(count):
@@ -371,7 +367,7 @@ def measure(
         return 0.0
     if len(task.knots) > 0:
         out[HEADING], out[HEADING_STD], clarity, slope = heading_of(
-            image, task, tables, count, out[RANGE], out[BEARING], scratch
+            image, task, count, out[RANGE], out[BEARING], scratch
         )
         # Columns in px are azimuths by way of the radius; the place of a ring out of the picture is a guess.
         turn = SMEARED_TURN * smear / view[0] * out[RANGE] / heights[RADIUS]

@@ -42,6 +42,7 @@ from swarmvision.perception.plan import (
     Task,
 )
 
+BRIGHT_ROWS = 32  # of one column, at most, that tell how bright the band is there
 TRIALS = 72  # headings of the coarse look
 VOTERS = 16  # columns, about, of the coarse look
 ROUNDS = 4  # of the vote
@@ -56,7 +57,6 @@ UNSURE = 0.5  # rad: spread of a heading that only the coarse look tells
 def heading_of(
     image: NDArray[np.uint8],
     task: Task,
-    tables: FloatArray,
     count: int,
     distance: float,
     bearing: float,
@@ -69,7 +69,6 @@ def heading_of(
     Args:
         image: sRGB, ``(h, w, 3)``.
         task: What is looked for.
-        tables: As in :class:`swarmvision.perception.plan.Scratch`.
         count: Of the columns in the scratch's lines: with rays, and rows of the inner edges.
         distance: Of the axis (m).
         bearing: Of the axis (rad).
@@ -84,8 +83,8 @@ def heading_of(
         # The normal of the near surface: back along the ray, turned by the angle of incidence.
         lines[FACING, used] = lines[RAYS, i] + math.pi - math.asin(across)
         unroll(
-            image, tables[STRIPE], tables[GROUND], int(lines[COLUMNS, i]), lines[UPPERS, i], lines[LOWERS, i],
-            heights, scratch.strip, lines[SPARE_A], scratch.signals[used],
+            image, scratch.light, task.directions[STRIPE], task.directions[GROUND], int(lines[COLUMNS, i]),
+            lines[UPPERS, i], lines[LOWERS, i], heights, scratch.strip, lines[SPARE_A], scratch.signals[used],
         )  # fmt: skip
         used += 1
     if used < 2:
@@ -105,6 +104,7 @@ def heading_of(
 @compiled
 def unroll(
     image: NDArray[np.uint8],
+    light: FloatArray,
     stripe: FloatArray,
     ground: FloatArray,
     column: int,
@@ -119,14 +119,15 @@ def unroll(
 
     Args:
         image: sRGB, ``(h, w, 3)``.
-        stripe: Tables of the direction from the band's own colour to the pattern's, ``(3, 256)``.
-        ground: Tables of the band's own colour.
+        light: Balanced linear light of every code, ``(3, 256)``.
+        stripe: Direction from the band's own colour to the pattern's, ``(3,)``.
+        ground: Direction of the band's own colour, ``(3,)``.
         column: Which.
         upper: Row (px) of the top band's inner edge.
         lower: Of the bottom band's.
         heights: As in :class:`swarmvision.perception.plan.Plan`.
-        strip: Room, ``(2, h + 2)``.
-        spare: Room, ``(HEIGHTS,)`` or more.
+        strip: Room, ``(h + 2,)``.
+        spare: Room, ``(BRIGHT_ROWS,)`` or more.
         out: Shape ``(HEIGHTS,)``.
     """
     last = image.shape[0] - 1
@@ -135,20 +136,23 @@ def unroll(
     step = (heights[BAND_HIGH] - heights[BAND_LOW]) / HEIGHTS * scale
     ends = min(max(start + HEIGHTS * step, 0.0), float(last)), min(max(start, 0.0), float(last))
     top, bottom = int(min(ends)), min(int(max(ends)) + 1, last)
+    every, count, due = (bottom - top) // BRIGHT_ROWS + 1, 0, 0
     for v in range(top, bottom + 1):
-        red, green, blue = image[v, column, 0], image[v, column, 1], image[v, column, 2]
-        strip[0, v - top] = stripe[0, red] + stripe[1, green] + stripe[2, blue]
-        strip[1, v - top] = ground[0, red] + ground[1, green] + ground[2, blue]
+        red = light[0, image[v, column, 0]]
+        green, blue = light[1, image[v, column, 1]], light[2, image[v, column, 2]]
+        strip[v - top] = stripe[0] * red + stripe[1] * green + stripe[2] * blue
+        if v - top == due:
+            spare[count] = ground[0] * red + ground[1] * green + ground[2] * blue
+            count += 1
+            due += every
+    bright = 1.0 / max(select(spare, count, (3 * count) // 4), 1e-6)
+    strip[bottom + 1 - top] = strip[bottom - top]
+    high, first = float(bottom - top), start + 0.5 * step - top
     for k in range(HEIGHTS):
-        row = min(max(start + (k + 0.5) * step, float(top)), float(bottom)) - top
-        v = min(int(row), max(bottom - top - 1, 0))
-        share = row - v
-        w = min(v + 1, bottom - top)
-        out[k] = (1.0 - share) * strip[0, v] + share * strip[0, w]
-        spare[k] = (1.0 - share) * strip[1, v] + share * strip[1, w]
-    bright = 1.0 / max(select(spare, HEIGHTS, (3 * HEIGHTS) // 4), 1e-6)
-    for k in range(HEIGHTS):
-        out[k] = min(max(out[k] * bright, -0.3), 1.5)
+        row = min(max(first + k * step, 0.0), high)
+        v = int(row)
+        value = strip[v] + (row - v) * (strip[v + 1] - strip[v])
+        out[k] = min(max(value * bright, -0.3), 1.5)
 
 
 @compiled
@@ -209,6 +213,21 @@ def coarse_heading(
 
 
 @compiled
+def jumps(knots: FloatArray, azimuth: float) -> bool:
+    """Return whether a pattern jumps near an azimuth (rad)."""
+    turn = 2.0 * math.pi
+    phi = azimuth - turn * math.floor(azimuth / turn)
+    near = phi <= JUMP or phi >= turn - JUMP
+    for i in range(len(knots)):
+        near = near or abs(knots[i, 0] - phi) <= JUMP
+    if not near:  # between two knots it is straight
+        return False
+    before_low, before_high, _, _ = pattern_edges(knots, azimuth - JUMP)
+    after_low, after_high, _, _ = pattern_edges(knots, azimuth + JUMP)
+    return max(abs(after_low - before_low), abs(after_high - before_high)) > JUMP_HEIGHT
+
+
+@compiled
 def voted_heading(
     signals: FloatArray,
     facing: FloatArray,
@@ -234,11 +253,8 @@ def voted_heading(
         for i in range(count):
             azimuth = facing[i] - heading
             low, high, low_slope, high_slope = pattern_edges(knots, azimuth)
-            before_low, before_high, _, _ = pattern_edges(knots, azimuth - JUMP)
-            after_low, after_high, _, _ = pattern_edges(knots, azimuth + JUMP)
             slope = (low_slope + high_slope) / 2.0
-            jump = max(abs(after_low - before_low), abs(after_high - before_high))
-            if jump > JUMP_HEIGHT or abs(slope) < 1e-4:
+            if abs(slope) < 1e-4 or jumps(knots, azimuth):
                 continue
             # The stripe's own middle, in a window a little wider than the stripe.
             slack = 0.35 * (high - low) + 1.5 * size

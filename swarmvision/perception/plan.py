@@ -18,7 +18,11 @@ PROBES = 15  # heights of the middle zone that are looked at
 HEIGHTS = 48  # samples of the patterned band from its bottom to its top
 AZIMUTHS = 288  # of the pattern's table for the coarse look at headings
 MOST_COLUMNS = 32  # of one marker that are measured
-UPPER, LOWER, TOP_RING, BOTTOM_RING, STRIPE, GROUND, TOTAL = range(7)  # directions of colour
+UPPER, LOWER, TOP_RING, BOTTOM_RING, STRIPE, GROUND = range(6)  # directions of colour
+OFF_CHROMA, OFF_CHROMA_SHARE = (
+    0.16,
+    0.35,
+)  # by which a probe's chroma may be off, and by which share of itself
 INNER_TOP, INNER_BOTTOM, BAND_LOW, BAND_HIGH, HEIGHT, RADIUS, BASE = range(7)  # of the plan's heights
 
 
@@ -29,14 +33,15 @@ class Plan:
     hues: Hues
     proportions: Proportions | None
     directions: FloatArray
-    """Weights of the channels for each direction of colour, ``(7, 3)``."""
+    """Weights of the channels for each direction of colour, ``(6, 3)``."""
     heights: FloatArray
     """Of the inner edges of top and bottom band, of bottom and top of the patterned band, of marker,
     all above the marker's bottom edge; the radius; height of the marker's base above the ground (m)."""
     knots: FloatArray
     """Of the pattern; empty where the marker tells no heading."""
     expected: FloatArray
-    """Chroma that each probe of the middle zone may have, nan where unused, ``(PROBES, 2, 3)``."""
+    """Chroma that each probe of the middle zone may have, and the square of how far off it may be; nan where
+    unused, ``(PROBES, 2, 4)``."""
     pale: bool
     """Whether the largest middle band is white or grey."""
 
@@ -44,13 +49,12 @@ class Plan:
     def of(cls, marker: Marker) -> Plan:
         """Return the plan for a marker."""
         hues = Hues.of(marker)
-        directions = np.zeros((7, 3))
+        directions = np.zeros((6, 3))
         directions[UPPER] = _inner_direction(marker.bands[0], marker.bands[1])
         directions[LOWER] = -_inner_direction(marker.bands[-1], marker.bands[-2])
         for place, band in ((TOP_RING, marker.bands[0]), (BOTTOM_RING, marker.bands[-1])):
             chroma = chroma_of(band.colour)
             directions[place] = chroma / max(float(np.linalg.norm(chroma)), 1e-9)
-        directions[TOTAL] = 1.0
         knots = np.empty((0, 3))
         low = high = 0.0
         carrier = marker.patterned
@@ -126,8 +130,6 @@ class Scratch(NamedTuple):
     light: FloatArray
     """As in :class:`swarmvision.perception.segment.Balance`, like white and address."""
     address: np.ndarray[tuple[int, ...], np.dtype[np.uint16]]
-    tables: FloatArray
-    """What each code of each channel adds along each direction of colour, ``(7, 3, 256)``."""
     waiting: FloatArray
     """Candidates that are yet to be measured, ``(n, 7)``."""
     lines: FloatArray
@@ -135,7 +137,7 @@ class Scratch(NamedTuple):
     signals: FloatArray
     """The pattern unrolled, ``(MOST_COLUMNS, HEIGHTS)``."""
     strip: FloatArray
-    """Pattern and band in every row of one column, ``(2, height)``."""
+    """The pattern in every row of one column, ``(height + 2,)``."""
 
     @classmethod
     def of(cls, width_px: int, height_px: int) -> Scratch:
@@ -148,11 +150,10 @@ class Scratch(NamedTuple):
             np.empty(3),
             np.empty((3, 256)),
             np.empty((3, 256), np.uint16),
-            np.empty((7, 3, 256)),
             np.empty((2 * MOST_WAITING, 7)),
             np.empty((LINES, 2 * PROBES * MOST_LOOKS)),
             np.empty((MOST_COLUMNS, HEIGHTS)),
-            np.empty((2, height_px + 2)),
+            np.empty(height_px + 2),
         )
 
     def balance(self) -> Balance:
@@ -196,13 +197,15 @@ def _inner_direction(ring: Band, middle: Band) -> FloatArray:
 
 
 def _expected_chroma(marker: Marker) -> FloatArray:
-    expected = np.full((PROBES, 2, 3), np.nan)
+    expected = np.full((PROBES, 2, 4), np.nan)
     middle = marker.bands[0].bottom - marker.bands[-1].top
     for i, share in enumerate(np.linspace(0.08, 0.92, PROBES)):
         height = marker.bands[0].bottom - share * middle
         for band in marker.bands:
             if band.bottom < height < band.top:
-                expected[i, 0] = chroma_of(band.colour)
+                expected[i, 0, :3] = chroma_of(band.colour)
                 if band.pattern is not None:
-                    expected[i, 1] = chroma_of(band.pattern.colour)
+                    expected[i, 1, :3] = chroma_of(band.pattern.colour)
+    size = np.sqrt((expected[..., :3] ** 2).sum(axis=-1))
+    expected[..., 3] = (OFF_CHROMA + OFF_CHROMA_SHARE * size) ** 2
     return expected

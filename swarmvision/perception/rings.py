@@ -35,10 +35,14 @@ PALE_ENOUGH = 0.55  # share of the middle zone that must look like the marker
 
 
 @compiled
-def signal(image: NDArray[np.uint8], table: FloatArray, row: int, column: int) -> float:
-    """Return a pixel along one direction of colour."""
+def signal(
+    image: NDArray[np.uint8], light: FloatArray, direction: FloatArray, row: int, column: int
+) -> float:
+    """Return a pixel's balanced light along one direction of colour ``(3,)``."""
     value: float = (
-        table[0, image[row, column, 0]] + table[1, image[row, column, 1]] + table[2, image[row, column, 2]]
+        direction[0] * light[0, image[row, column, 0]]
+        + direction[1] * light[1, image[row, column, 1]]
+        + direction[2] * light[2, image[row, column, 2]]
     )
     return value
 
@@ -73,9 +77,9 @@ def looks_right(
     for i in range(0, len(columns), step):
         u = min(max(int(columns[i]), 0), width - 1)
         v = min(max(int((rows[i, 0] + rows[i, 1]) / 2.0), 0), height - 1)
-        tops[looks] = signal(image, light, v, u)
+        tops[looks] = light[0, image[v, u, 0]] + light[1, image[v, u, 1]] + light[2, image[v, u, 2]]
         v = min(max(int((rows[i, 2] + rows[i, 3]) / 2.0), 0), height - 1)
-        bottoms[looks] = signal(image, light, v, u)
+        bottoms[looks] = light[0, image[v, u, 0]] + light[1, image[v, u, 1]] + light[2, image[v, u, 2]]
         looks += 1
         start, end = rows[i, 1], rows[i, 2]
         for probe in range(PROBES):
@@ -88,16 +92,14 @@ def looks_right(
             totals[seen], near[seen] = total, 0.0
             for option in range(2):
                 want = expected[probe, option]
-                if np.isnan(want[0]):
-                    continue
                 off = (
                     (red * scale - third - want[0]) ** 2
                     + (green * scale - third - want[1]) ** 2
                     + (blue * scale - third - want[2]) ** 2
                 )
-                size = math.sqrt(want[0] ** 2 + want[1] ** 2 + want[2] ** 2)
-                if off < (0.16 + 0.35 * size) ** 2:
+                if off < want[3]:  # not where unused: nan
                     near[seen] = 1.0
+                    break
             seen += 1
     if seen == 0:
         return False
@@ -121,7 +123,8 @@ def looks_right(
 @compiled
 def inner_edges(
     image: NDArray[np.uint8],
-    tables: FloatArray,
+    light: FloatArray,
+    directions: FloatArray,
     bands: int,
     count: int,
     coarse: FloatArray,
@@ -134,7 +137,8 @@ def inner_edges(
 
     Args:
         image: sRGB, ``(h, w, 3)``.
-        tables: As in :class:`swarmvision.perception.plan.Scratch`.
+        light: Balanced linear light of every code, ``(3, 256)``.
+        directions: As in :class:`swarmvision.perception.plan.Plan`.
         bands: Which are in the picture.
         count: How many columns ``lines`` has; rewritten, with the rows of the edges beside them.
         coarse: Columns (px) where the rows are known about.
@@ -160,7 +164,9 @@ def inner_edges(
                 guess = coarse_rows[at, 1 + which]
                 guess += share * (coarse_rows[at + 1, 1 + which] - guess)
             if here:
-                row, step = row_edge(image, tables[which], int(columns[i]), guess, window)
+                row, step = row_edge(
+                    image, light, directions[which], int(columns[i]), guess, window, lines[SPARE_C]
+                )
                 if abs(row - guess) >= max(0.5 * thick, 2.5):
                     step = 0.0
                 found[i], steps[i] = row, step
@@ -196,28 +202,45 @@ def step_in(count: int, lines: FloatArray) -> float:
 
 @compiled
 def row_edge(
-    image: NDArray[np.uint8], table: FloatArray, column: int, guess: float, window: int
+    image: NDArray[np.uint8],
+    light: FloatArray,
+    direction: FloatArray,
+    column: int,
+    guess: float,
+    window: int,
+    strip: FloatArray,
 ) -> tuple[float, float]:
-    """Return the row of a step up from above to below by area integration, and its size; 0 for none."""
+    """Return the row of a step up from above to below by area integration, and its size; 0 for none.
+
+    ``strip`` is room for the signal of some rows, ``(4 * NEARBY,)`` or more.
+    """
     flat = max(window // 2, 1)
     row, step = guess, 0.0
     # The steepest place near the guess; a coarse look is some px off.
     around = math.floor(guess + 0.5)
     steepest = 0.0
+    first = around - NEARBY - 1
+    known = 0  # rows from the first
     if around - NEARBY >= 1 and around + NEARBY < image.shape[0]:
-        before = signal(image, table, around - NEARBY - 1, column)
-        for v in range(around - NEARBY, around + NEARBY + 1):
-            value = signal(image, table, v, column)
-            if value - before > steepest:
-                steepest, row = value - before, float(v)
-            before = value
+        known = 2 * NEARBY + 2
+        strip[0] = signal(image, light, direction, first, column)
+        for k in range(1, known):
+            strip[k] = signal(image, light, direction, first + k, column)
+            if strip[k] - strip[k - 1] > steepest:
+                steepest, row = strip[k] - strip[k - 1], float(first + k)
+    last = -1
     for _ in range(2):  # the first round centres the window on the edge
         start = math.floor(row + 0.5) - window
         if start < 0 or start + 2 * window > image.shape[0]:
             return row, 0.0
+        if start == last:
+            break
+        last = start
         above = below = area = 0.0
         for k in range(2 * window):
-            value = signal(image, table, start + k, column)
+            v = start + k
+            fresh = not first <= v < first + known
+            value = signal(image, light, direction, v, column) if fresh else strip[v - first]
             area += value
             if k < flat:
                 above += value

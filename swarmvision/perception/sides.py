@@ -20,7 +20,8 @@ SHARP = 3.5  # px: as wide is the end of a ring without motion blur
 @compiled
 def find_sides(
     image: NDArray[np.uint8],
-    tables: FloatArray,
+    light: FloatArray,
+    directions: FloatArray,
     bands: int,
     columns: FloatArray,
     rows: FloatArray,
@@ -32,8 +33,12 @@ def find_sides(
     space = columns[1] - columns[0] if len(columns) > 1 else 1.0
     half = min(0.5 * space, 4.0)
     width = columns[-1] - columns[0] + 1.0
-    left, left_weight, left_climb = one_side(image, tables, bands, columns[0] - half, rows, -1, width)
-    right, right_weight, right_climb = one_side(image, tables, bands, columns[-1] + half, rows, 1, width)
+    left, left_weight, left_climb = one_side(
+        image, light, directions, bands, columns[0] - half, rows, -1, width
+    )
+    right, right_weight, right_climb = one_side(
+        image, light, directions, bands, columns[-1] + half, rows, 1, width
+    )
     last = image.shape[1]
     cut = 0
     if left < 1.5 or (left_weight <= 0.0 and columns[0] - space < 1.5):
@@ -51,7 +56,8 @@ def find_sides(
 @compiled
 def one_side(
     image: NDArray[np.uint8],
-    tables: FloatArray,
+    light: FloatArray,
+    directions: FloatArray,
     bands: int,
     guess: float,
     rows: FloatArray,
@@ -69,11 +75,13 @@ def one_side(
         climb = 0.0
         if bands in (BOTH, TOP_ONLY):
             top, bottom = end_rows(rows, outward, 0)
-            upper, upper_weight, climb = ring_end(image, tables[TOP_RING], top, bottom, guess, outward, reach)
+            upper, upper_weight, climb = ring_end(
+                image, light, directions[TOP_RING], top, bottom, guess, outward, reach
+            )
         if bands != TOP_ONLY:
             top, bottom = end_rows(rows, outward, 1)
             lower, lower_weight, steep = ring_end(
-                image, tables[TOP_RING + 1], top, bottom, guess, outward, reach
+                image, light, directions[TOP_RING + 1], top, bottom, guess, outward, reach
             )
             climb = min(climb, steep) if climb > 0.0 and steep > 0.0 else max(climb, steep)
         if look == 0:
@@ -122,7 +130,8 @@ def middle_of(a: float, b: float, c: float) -> float:
 @compiled
 def ring_end(
     image: NDArray[np.uint8],
-    table: FloatArray,
+    light: FloatArray,
+    direction: FloatArray,
     top: float,
     bottom: float,
     guess: float,
@@ -156,7 +165,7 @@ def ring_end(
     for k in range(size):
         value = 0.0
         for row in range(first, last):
-            value += signal(image, table, row, start + outward * k)
+            value += signal(image, light, direction, row, start + outward * k)
         value /= last - first
         area += value
         steepest = max(steepest, before - value)
