@@ -32,7 +32,7 @@ SMALL = [
 
 
 def swarmvision(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from swarmvision.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-m", "swarmvision", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -22,6 +22,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("showcase", "doctor", "calibration"),
     ("reproduction", "benchmark"),
     ("cli",),
+    ("__main__",),
 )
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # Formulas without numbers of their own may be shared on the two lowest floors.

@@ -6,25 +6,20 @@ mend (one line), 2 for wrong usage. Heavy imports stand inside the verb that nee
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from swarmvision.cli.presets import board_config, camera_config, lens_of, marker_config, marker_of
+from swarmvision.cli.talk import announced, progress, say
 from swarmvision.errors import ConfigError, PictureError, SwarmVisionError, unknown_name
 
 if TYPE_CHECKING:
-    from swarmvision.camera import Lens
-    from swarmvision.config.board import BoardConfig
-    from swarmvision.config.camera import LensConfig
-    from swarmvision.config.marker import MarkerConfig
     from swarmvision.config.scenario import ScenarioConfig
-    from swarmvision.data import Estimates
-    from swarmvision.marker import Marker
-    from swarmvision.simulation import Frame
 
 app = typer.Typer(
     help="A multi-robot swarm simulator with embedded perception.",
@@ -44,10 +39,10 @@ def main() -> None:
     try:
         app()
     except SwarmVisionError as fault:
-        _say(f"swarmvision: {fault}")
+        say(f"swarmvision: {fault}")
         sys.exit(1)
     except KeyboardInterrupt:
-        _say("swarmvision: interrupted")
+        say("swarmvision: interrupted")
         sys.exit(130)
 
 
@@ -70,13 +65,14 @@ def demo(
     wishes = {"robots": robots, "seconds": seconds}
     overrides = [f"{key}={value}" for key, value in wishes.items() if value is not None]
     scenario = packaged_scenario(name, overrides)
+    from swarmvision.cli.text import summary_text
     from swarmvision.showcase import show
 
     folder = out or Path("out") / scenario.name
-    with _progress(scenario) as tick:
+    with progress(scenario) as tick:
         result = show(scenario, seed, folder, tick)
-    _print_summary(result.summary)
-    _say(f"written to {folder}: video, plot, perception table, states, summary.json")
+    typer.echo(summary_text(result.summary))
+    say(f"written to {folder}: video, plot, perception table, states, summary.json")
 
 
 @app.command()
@@ -99,18 +95,14 @@ def run(
     if not where.exists() and scenario_file in packaged_scenarios():
         load, where = packaged_scenario, scenario_file
     scenario = load(where, [*([_controller_override(law)] if law else []), *(changes or [])])
+    from swarmvision.cli.text import summary_text
     from swarmvision.showcase import record
 
     folder = out or Path("out") / scenario.name
-    with _progress(scenario) as tick:
+    with progress(scenario) as tick:
         result = record(scenario, seed, folder, tick)
-    if as_json:
-        import json
-
-        typer.echo(json.dumps(result.summary))
-    else:
-        _print_summary(result.summary)
-    _say(f"written to {folder}: states.mcap, summary.json, perception.csv")
+    typer.echo(json.dumps(result.summary) if as_json else summary_text(result.summary))
+    say(f"written to {folder}: states.mcap, summary.json, perception.csv")
 
 
 @app.command()
@@ -122,10 +114,12 @@ def detect(
     as_json: Json = False,
 ) -> None:
     """Read the neighbours out of pictures: range, bearing and heading of each."""
-    lens, pole = _lens(camera), _marker(marker)
+    lens, pole = lens_of(camera), marker_of(marker)
+    from swarmvision.cli.text import estimates_json, estimates_text
     from swarmvision.perception import Reader
     from swarmvision.pictures import load_picture
 
+    tell = estimates_json if as_json else estimates_text
     reader = Reader(lens, pole, method)
     failed = False
     for path in images:
@@ -136,13 +130,13 @@ def detect(
                     f"{path}: the picture is {image.shape[1]} x {image.shape[0]} px, but camera {camera!r} "
                     f"takes {lens.width_px} x {lens.height_px} px"
                 )
-            with _announced():
+            with announced():
                 estimates = reader.read(image)
         except PictureError as fault:
-            _say(f"swarmvision: {fault}")
+            say(f"swarmvision: {fault}")
             failed = True
             continue
-        typer.echo(_as_json(path, estimates) if as_json else _as_text(path, estimates))
+        typer.echo(tell(path, estimates))
     if failed:
         raise typer.Exit(1)
 
@@ -170,22 +164,22 @@ def calibrate(
     """Fit focal length, lens height, tilt and colours to pictures; write camera and marker file."""
     from swarmvision.calibration import from_board, from_marker, ranges_from
 
-    folder, start = out or Path("out") / "calibration", _camera_config(camera) if camera else None
-    with _announced():
+    folder, start = out or Path("out") / "calibration", camera_config(camera) if camera else None
+    with announced():
         if charuco is not None:
             if ranges or keep_focal:
                 raise ConfigError(
                     "--charuco takes neither --ranges nor --keep-focal: the board has its own scale"
                 )
-            report = from_board(pictures, folder, _board_config(charuco), start)
+            report = from_board(pictures, folder, board_config(charuco), start)
         else:
             given = ranges_from(ranges) if ranges else None
-            marked = _marker_config(marker)
+            marked = marker_config(marker)
             report = from_marker(pictures, folder, marked, start, given, ruler_mm, keep_focal=keep_focal)
-    typer.echo(_json_line(report.values) if as_json else "\n".join(report.lines))
+    typer.echo(json.dumps(report.values) if as_json else "\n".join(report.lines))
     for note in report.notes:
-        _say(f"note: {note}")
-    _say(f"written to {folder}: " + ", ".join(report.files))
+        say(f"note: {note}")
+    say(f"written to {folder}: " + ", ".join(report.files))
 
 
 @app.command()
@@ -195,16 +189,14 @@ def reproduce(out: Out = None, as_json: Json = False) -> None:
     from swarmvision.reproduction import table_text
 
     folder = out or (None if as_json else Path("out") / "reproduce")
-    with _announced():
-        results = repeat(folder, _say)
+    with announced():
+        results = repeat(folder, say)
     if as_json:
-        import json
-
         typer.echo(json.dumps(results))
     else:
         typer.echo(table_text(results), nl=False)
     if folder is not None:
-        _say(f"written to {folder}: figures 10 to 12 and three more, table1.md, results.json")
+        say(f"written to {folder}: figures 10 to 12 and three more, table1.md, results.json")
 
 
 @app.command("fit-error-model")
@@ -217,7 +209,7 @@ def fit_error_model(
     """Fit the errors of the sensor error_model from camera runs; minutes."""
     from swarmvision.experiments.error_model import error_model_text
 
-    out.write_text(error_model_text(rounds, seed, workers, _say))
+    out.write_text(error_model_text(rounds, seed, workers, say))
     typer.echo(str(out))
 
 
@@ -234,11 +226,11 @@ def bench(
     from swarmvision.benchmark.table import table_text
     from swarmvision.benchmark.timing import FULL, QUICK
 
-    with _announced():
-        report = measure(out, QUICK if quick else FULL, _say)
-    typer.echo(_json_line(report) if as_json else table_text(report), nl=as_json)
+    with announced():
+        report = measure(out, QUICK if quick else FULL, say)
+    typer.echo(json.dumps(report) if as_json else table_text(report), nl=as_json)
     if out is not None:
-        _say(f"written to {out}: bench.json, bench.md, bench.png")
+        say(f"written to {out}: bench.json, bench.md, bench.png")
 
 
 @app.command()
@@ -247,7 +239,7 @@ def doctor() -> None:
     from swarmvision.doctor import examine
 
     healthy = True
-    with _announced():
+    with announced():
         for what, well, found in examine():
             typer.echo(f"{'ok' if well else 'NO':3s} {what:24s} {found}")
             healthy &= well
@@ -258,8 +250,6 @@ def doctor() -> None:
 @app.command()
 def schema() -> None:
     """Print the JSON Schema of scenario files."""
-    import json
-
     from swarmvision.config.scenario import ScenarioConfig
 
     typer.echo(json.dumps(ScenarioConfig.model_json_schema(), indent=2))
@@ -280,155 +270,3 @@ def _controller_override(name: str) -> str:
             )
     sys.path.insert(0, "")  # as for a script: a module in the current folder is found
     return f'controller={{law="custom", target="{name}"}}'
-
-
-def _say(text: str) -> None:
-    typer.echo(text, err=True)
-
-
-@contextmanager
-def _announced() -> Generator[None]:
-    from swarmvision.compiled import announced_compilation
-
-    with announced_compilation(lambda: _say("compiling the kernels (once; about 20 s, then cached)")):
-        yield
-
-
-@contextmanager
-def _progress(scenario: ScenarioConfig) -> Generator[Callable[[Frame], None]]:
-    """Show a bar on stderr, where that is a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[now]}"),
-        TimeRemainingColumn(),
-    )
-    with _announced(), Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        task = bar.add_task(f"{scenario.name}, {scenario.robots} robots", total=scenario.steps, now="")
-        yield lambda frame: bar.update(task, completed=frame.step + 1, now=f"{frame.time:.1f} s")
-
-
-def _print_summary(summary: dict[str, Any]) -> None:
-    for key in (
-        "scenario",
-        "seed",
-        "robots",
-        "seconds",
-        "order",
-        "largest_cluster",
-        "contacts",
-        "state_sha256",
-    ):
-        value = summary[key]
-        typer.echo(f"{key:16s} {value:.4g}" if isinstance(value, float) else f"{key:16s} {value}")
-    for key, value in summary["outcome"].items():
-        typer.echo(f"{key:27s} {value:.4g}" if isinstance(value, float) else f"{key:27s} {value}")
-    if not summary["perception"] or not summary["perception"][-1]["neighbours"]:
-        return
-    typer.echo("\nperceived against true: absolute errors, median / 95th percentile")
-    typer.echo("range (m)      neighbours   found      range %      bearing deg       heading deg")
-    for row in summary["perception"]:
-        to = "" if row["to_m"] is None else f"{row['to_m']:.2f}"
-        found = 100.0 * row["found"] / row["neighbours"]
-        cells = "  ".join(
-            f"{_cell(row[f'{name}_median'])} /{_cell(row[f'{name}_p95'])}"
-            for name in ("range_percent", "bearing_deg", "heading_deg")
-        )
-        typer.echo(f"{row['from_m']:.2f} - {to:5s} {row['neighbours']:11d} {found:6.1f} %  {cells}")
-    typer.echo(f"phantoms: {summary['perception'][-1]['phantoms']}")
-
-
-def _cell(value: float | None) -> str:
-    return "      -" if value is None else f"{value:7.3f}"
-
-
-def _lens(name: str) -> Lens:
-    from swarmvision.camera import Lens
-
-    return Lens.from_config(_camera_config(name))
-
-
-def _camera_config(name: str) -> LensConfig:
-    from swarmvision.config.camera import LENSES, LensConfig
-
-    config: LensConfig = _file_or_preset("camera", name, LENSES, LensConfig)
-    return config
-
-
-def _marker(name: str) -> Marker:
-    from swarmvision.marker import Marker
-
-    return Marker.from_config(_marker_config(name))
-
-
-def _marker_config(name: str) -> MarkerConfig:
-    from swarmvision.config.marker import PRESETS, MarkerConfig
-
-    config: MarkerConfig = _file_or_preset("marker", name, PRESETS, MarkerConfig)
-    return config
-
-
-def _board_config(path: Path) -> BoardConfig:
-    from swarmvision.config.board import BoardConfig
-    from swarmvision.config.model import read_toml, validated
-
-    return validated(BoardConfig, read_toml(path), str(path))
-
-
-def _file_or_preset(kind: str, name: str, presets: dict[str, Any], model: Any) -> Any:
-    from swarmvision.config.model import read_toml, validated
-
-    if name in presets:
-        return presets[name]
-    path = Path(name)
-    if not path.exists() and path.suffix != ".toml":
-        raise ConfigError(unknown_name(kind, name, presets) + ", or a TOML file")
-    return validated(model, read_toml(path), name)
-
-
-def _as_json(path: Path, estimates: Estimates) -> str:
-    return _json_line({"image": str(path), "neighbours": _rows(estimates)})
-
-
-def _json_line(values: dict[str, Any]) -> str:
-    import json
-
-    return json.dumps(values)
-
-
-def _as_text(path: Path, estimates: Estimates) -> str:
-    import math
-
-    lines = [f"{path}: {len(estimates.seen)} neighbours"]
-    for row in _rows(estimates):
-        heading = "not told"
-        if row["heading"] is not None:
-            heading = f"{math.degrees(row['heading']):+7.1f} deg"
-        bearing = math.degrees(row["bearing"] or 0.0)
-        lines.append(f"  range {row['range']:.3f} m  bearing {bearing:+6.2f} deg  heading {heading}")
-    return "\n".join(lines)
-
-
-def _rows(estimates: Estimates) -> list[dict[str, float | None]]:
-    import numpy as np
-
-    rows: list[dict[str, float | None]] = []
-    std = np.sqrt(np.diagonal(estimates.covariance, axis1=-2, axis2=-1))
-    for i in range(len(estimates.seen)):
-        told = bool(np.isfinite(estimates.heading[i]))
-        rows.append(
-            {
-                "range": float(estimates.range[i]),
-                "bearing": float(estimates.bearing[i]),
-                "heading": float(estimates.heading[i]) if told else None,
-                "range_std": float(std[i, 0]),
-                "bearing_std": float(std[i, 1]),
-                "heading_std": float(std[i, 2]) if told else None,
-                "visible": float(estimates.visible[i]),
-            }
-        )
-    return rows

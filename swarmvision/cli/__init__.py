@@ -1,0 +1,5 @@
+"""The ``swarmvision`` command."""
+
+from swarmvision.cli.commands import main
+
+__all__ = ["main"]
