@@ -1,7 +1,8 @@
 """Collision avoidance as a layer under every law: slow down before what is ahead, and turn away from it.
 
 The speed falls linearly from ``slow_range`` to 0 at ``stop_range`` (a common speed scale; the constants
-are ours), felt through the cosine of the thing's bearing, so that what stands beside does not brake.
+are ours), felt through the cosine of the thing's bearing, so that what stands beside does not brake. The
+turn is to the freer side; where both are alike, to the side that it turns to already, else to the left.
 Things are the neighbours in sight and, where the robot has a proximity ring, whatever its sectors meet.
 """
 
@@ -27,9 +28,13 @@ def avoid(commands: Commands, senses: Senses, config: AvoidanceConfig) -> Comman
     # Driving backwards, what is behind is ahead.
     forwards = np.where(commands.speed < 0.0, -1.0, 1.0)
     ahead = near * np.maximum(forwards[..., None] * np.cos(bearing), 0.0)
-    left, right = _worst(ahead, bearing > 0.0), _worst(ahead, bearing <= 0.0)
-    brake = 1.0 - np.maximum(left, right)
-    away = config.turn_gain * forwards * (right - left)
+    side = np.sign(np.round(np.sin(bearing), 9))
+    left, middle, right = (_worst(ahead, side == there) for there in (1.0, 0.0, -1.0))
+    brake = 1.0 - np.maximum(np.maximum(left, right), middle)
+    freer = right - left
+    towards = np.sign(np.where(freer == 0.0, forwards * commands.turn_rate, freer))
+    towards = np.where(towards == 0.0, 1.0, towards)
+    away = config.turn_gain * forwards * np.clip(freer + towards * middle, -1.0, 1.0)
     return Commands(commands.speed * brake, commands.turn_rate + away)
 
 

@@ -25,6 +25,7 @@ from swarmvision.config.controller import (
 from swarmvision.config.model import validated
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.controllers import LAWS, Controller, controller
+from swarmvision.controllers.avoidance import avoid
 from swarmvision.controllers.proximal import proximal_force
 from swarmvision.data import SECTOR_BEARINGS, Commands, Estimates, Scene, Senses
 from swarmvision.geometry import compose
@@ -218,6 +219,41 @@ def test_commands_are_finite_for_anything(
     layers: list[LayerConfig] = [AvoidanceConfig(), ConnectivityConfig()]
     commands = played(controller(usual(name), layers), [senses, mirrored(senses), senses], key)
     assert np.isfinite(commands).all()
+
+
+@pytest.mark.parametrize(
+    "layer", [AvoidanceConfig(slow_range=0.5), ConnectivityConfig()], ids=lambda c: c.layer
+)
+def test_a_layer_keeps_the_mirror_and_ignores_the_order(layer: LayerConfig) -> None:
+    control, bare, here = controller(quiet("kobot"), [layer]), controller(quiet("kobot")), some_senses()
+    speed, turn_rate = played(control, here, keys_of(ROBOTS))
+    assert (played(bare, here, keys_of(ROBOTS))[0] != speed).any()
+    for there, sign in ((mirrored, -1.0), (shuffled, 1.0)):
+        speed_there, turn_rate_there = played(control, [there(s) for s in here], keys_of(ROBOTS))
+        np.testing.assert_allclose(speed_there, speed, atol=1e-9)
+        np.testing.assert_allclose(turn_rate_there, sign * turn_rate, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("going", "turning", "place", "braked_to", "turned_by"),
+    [
+        (0.2, 0.0, (0.30, 0.5), 0.2, 0.0),  # beyond slow_range
+        (0.2, 0.0, (0.15, np.pi / 2), 0.2, 0.0),  # beside
+        (0.2, 0.0, (0.15, np.pi), 0.2, 0.0),  # behind
+        (0.2, 0.0, (0.10, 0.0), 0.0, 2.0),  # exactly ahead: stands, and turns left
+        (0.2, -0.1, (0.10, 0.0), 0.0, -2.0),  # exactly ahead, but it turns right already
+        (0.2, 0.0, (0.15, np.pi / 3), 0.15, -0.5),  # half way in, half of that through the cosine
+        (-0.2, 0.0, (0.15, np.pi - np.pi / 3), -0.15, 0.5),  # the same, backwards
+    ],
+)
+def test_avoidance_brakes_before_what_is_ahead_and_turns_away(
+    going: float, turning: float, place: tuple[float, float], braked_to: float, turned_by: float
+) -> None:
+    config = AvoidanceConfig(stop_range=0.10, slow_range=0.20, turn_gain=2.0)
+    asked = Commands(np.array(going), np.array(turning))
+    got = avoid(asked, Senses.of(seen((*place, 0.0))), config)
+    assert float(got.speed) == pytest.approx(braked_to, abs=1e-12)
+    assert float(got.turn_rate - turning) == pytest.approx(turned_by)
 
 
 @EVERY_LAW
