@@ -14,37 +14,20 @@ ours. Who knows of no nest, or sees no place left, stands still.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from swarmvision.config.controller import ChainConfig
-from swarmvision.controllers.chance import Chance
-from swarmvision.controllers.chance import begin as chance
+from swarmvision.controllers.chance import Switch, begin_off
 from swarmvision.controllers.crowd import FARTHEST, ComplexArray, Crowd, crowd, goal_offset, unit
-from swarmvision.controllers.law import Keys, Law
+from swarmvision.controllers.law import Law
 from swarmvision.controllers.motion import turn_and_go
 from swarmvision.data import BoolArray, Commands, Senses
 
 ARRIVED = 0.05  # m from its place at which an explorer may become a member: ours
 
 
-class ChainMemory(NamedTuple):
-    """Of each robot, shape ``(...)``."""
-
-    chance: Chance
-    """Decides when it joins and leaves."""
-    member: BoolArray
-    """Whether it stands in the chain."""
-
-
-def begin(config: ChainConfig, keys: Keys) -> ChainMemory:
-    """Return the memory of explorers."""
-    return ChainMemory(chance(config, keys), np.zeros(keys.shape, dtype=bool))
-
-
-def step(senses: Senses, memory: ChainMemory, config: ChainConfig) -> tuple[Commands, ChainMemory]:
-    """Return the commands ``(...)``, and the memory after them."""
+def step(senses: Senses, memory: Switch, config: ChainConfig) -> tuple[Commands, Switch]:
+    """Return the commands ``(...)``, and the memory after them: whether a robot stands in the chain."""
     others = crowd(senses.neighbours, FARTHEST)
     nest, known = goal_offset(senses)
     link = (1.0 + config.tolerance) * config.spacing
@@ -55,12 +38,12 @@ def step(senses: Senses, memory: ChainMemory, config: ChainConfig) -> tuple[Comm
     held = (mine & chain & (away < own_away[..., None])).any(axis=-1) | (own_away <= link)
     last = ~(mine & (away > own_away[..., None])).any(axis=-1)
     target = _next_place(others, nest, chain, config)
-    joins = known & held & (np.abs(target) < ARRIVED) & _happens(memory, 0, config.join_rate, senses.dt)
-    leaves = ~held | (last & _happens(memory, 1, config.leave_rate, senses.dt))
+    joins = known & held & (np.abs(target) < ARRIVED) & memory.chance.happens(config.join_rate, senses.dt, 0)
+    leaves = ~held | (last & memory.chance.happens(config.leave_rate, senses.dt, 1))
     walking = _walk(target, others, config)
-    moves = known & ~memory.member
+    moves = known & ~memory.on
     commands = Commands(np.where(moves, walking.speed, 0.0), np.where(moves, walking.turn_rate, 0.0))
-    return commands, ChainMemory(memory.chance.after(), np.where(memory.member, ~leaves, joins))
+    return commands, Switch(memory.chance.after(), np.where(memory.on, ~leaves, joins))
 
 
 def _chain(others: Crowd, nest: ComplexArray, link: float) -> BoolArray:
@@ -106,9 +89,4 @@ def _walk(target: ComplexArray, others: Crowd, config: ChainConfig) -> Commands:
     return Commands(moving.speed * pace, moving.turn_rate * np.minimum(pace * 4.0, 1.0))
 
 
-def _happens(memory: ChainMemory, stream: int, rate: float, dt: float) -> BoolArray:
-    """Return whether what comes at a rate (1/s) comes in this step, ``(...)``."""
-    return np.asarray(memory.chance.even(stream) < 1.0 - np.exp(-rate * dt))
-
-
-LAW = Law(ChainConfig, frozenset({"range", "bearing", "goal"}), step, begin)
+LAW = Law(ChainConfig, frozenset({"range", "bearing", "goal"}), step, begin_off)
