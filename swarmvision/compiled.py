@@ -30,9 +30,23 @@ HAS_NUMBA = numba is not None
 
 def compiled(function: Function) -> Function:
     """Return the function compiled at its first call, without the interpreter lock, cached on disk."""
+    return _compiled(function)
+
+
+def leaf(function: Function) -> Function:
+    """Return the same of a function that makes no array and returns none, whose references are not counted.
+
+    Counting them costs some 5 ns an array and call, more than many a small function does.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: Function, **options: Any) -> Function:
     if numba is None:
         return function
-    kernel: Function = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")(function)
+    kernel: Function = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", **options)(
+        function
+    )
     file: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if hasattr(file, "_source_stamp"):  # numba's own, and not promised
         file._source_stamp = _Stamp(function.__module__)

@@ -8,7 +8,7 @@ from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import BoolArray, Scene
 from swarmvision.geometry import FloatArray, cartesian, compose, inverse, polar, rotate, wrap
-from swarmvision.sensing.sight import RAYS
+from swarmvision.sensing.shadows import RAYS
 
 
 def visible_fraction(scene: Scene, robot: RobotConfig, arena: ArenaConfig) -> FloatArray:

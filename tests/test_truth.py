@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ from swarmvision.config.sensor import TruthSensorConfig
 from swarmvision.data import Scene
 from swarmvision.geometry import compose, inverse, polar
 from swarmvision.sensing import sight
+from swarmvision.sensing.abreast import look_abreast
+from swarmvision.sensing.in_turn import look_in_turn
+from swarmvision.sensing.sight import View
 from swarmvision.sensing.truth import TruthSensor
 
 ROBOT = RobotConfig()
@@ -143,19 +147,46 @@ def plain(kernel: Any) -> Any:
     return getattr(kernel, "py_func", kernel)
 
 
-def test_the_same_lines_run_uncompiled() -> None:
-    scene = crowd(6, 9, 0.5)
+def looked(look: Any, scenes: list[Scene], view: View, slots: int) -> tuple[Any, Any]:
+    pose = np.array([scene.pose for scene in scenes])
+    objects = np.array([scene.object_pose for scene in scenes])
+    n = pose.shape[0] * pose.shape[1] * slots
+    who, seen = np.empty(n, np.int64), np.empty((4, n))
+    limits = (view.reach, view.limit, view.radius, view.occlusion, view.ahead, 0.3)
+    look(pose, objects, limits, view.things, slots, who, seen)
+    return who.reshape(len(pose), -1, slots), seen
+
+
+@pytest.mark.parametrize("fov", [360.0, 100.0])
+@pytest.mark.parametrize("ahead", [0.0, 0.04])
+def test_abreast_and_in_turn_see_alike(fov: float, ahead: float) -> None:
+    scenes = [crowd(seed, 11, 0.5) for seed in range(70)]  # more worlds than are taken at once
+    view = replace(sight.View.of(ROBOT, THINGS, 0.8, np.radians(fov)), ahead=ahead)
+    for slots in (1, 4, 10, 12):
+        one, two = looked(look_abreast, scenes, view, slots), looked(look_in_turn, scenes, view, slots)
+        np.testing.assert_array_equal(one[0], two[0])
+        np.testing.assert_allclose(one[1], two[1], atol=1e-12)
+
+
+def test_a_world_is_seen_alike_in_any_company() -> None:
+    scenes = [crowd(seed, 8, 0.4) for seed in range(67)]
     view = sight.View.of(ROBOT, THINGS, 2.0, 2 * np.pi)
-    grid, begin, robots = plain(sight.cells)(scene.pose, 2.0)
-    results = []
-    for look in (sight.look, plain(sight.look)):
-        who, seen = np.full(9, -1), np.full((9, 4), np.nan)
-        work: list[Any] = [np.empty(9, np.int64), np.empty(9, np.int64), np.empty(9), np.empty((3, 9))]
-        count = look(
-            *(scene.pose, scene.object_pose, 0, view.reach, view.half_fov, view.radius, True, 0.0, 0.3),
-            *(view.things, grid, begin, robots, *[np.empty((0, 0))] * 2, who, seen, *work),
-        )
-        results.append((count, who, seen))
-    assert results[0][0] == results[1][0] > 0
-    np.testing.assert_array_equal(results[0][1], results[1][1])
-    np.testing.assert_allclose(results[0][2], results[1][2], atol=1e-12)
+    together = looked(look_abreast, scenes, view, 7)
+    alone = looked(look_abreast, scenes[66:], view, 7)
+    np.testing.assert_array_equal(together[0][66:], alone[0])
+    np.testing.assert_array_equal(together[1].reshape(4, 67, -1)[:, 66], alone[1])
+
+
+def test_of_equally_near_neighbours_the_lower_number_comes_first() -> None:
+    poses = np.array([[0, 0, 0], [0, 0.5, 0], [0, -0.5, 0], [0.5, 0, 0], [-0.5, 0, 0]], float)
+    view = sight.View.of(ROBOT, ArenaConfig(), 2.0, 2 * np.pi)
+    for look in (look_abreast, look_in_turn):
+        assert looked(look, [Scene.at_rest(poses)], view, 4)[0][0, 0].tolist() == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("look", [look_abreast, look_in_turn])
+def test_the_same_lines_run_uncompiled(look: Any) -> None:
+    view = sight.View.of(ROBOT, THINGS, 2.0, 2 * np.pi)
+    one, two = (looked(way, [crowd(6, 5, 0.3)], view, 4) for way in (look, plain(look)))
+    np.testing.assert_array_equal(one[0], two[0])
+    np.testing.assert_allclose(one[1], two[1], atol=1e-12)

@@ -15,7 +15,8 @@ from swarmvision.data import BoolArray, Estimates, Scene, Senses
 from swarmvision.drive import Drive
 from swarmvision.geometry import FloatArray, compose, inverse, polar, rotate
 from swarmvision.sensing.proximity import ProximityRing
-from swarmvision.sensing.sight import View, thing_shadow
+from swarmvision.sensing.shadows import thing_shadow
+from swarmvision.sensing.sight import View
 
 
 class Body:

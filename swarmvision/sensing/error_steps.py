@@ -25,7 +25,8 @@ from swarmvision.sensing.error_chance import (
 )
 from swarmvision.sensing.error_memory import GHOST, MEASURED, PHANTOM, REMEMBERED, Minds, Slots
 from swarmvision.sensing.error_table import AGES, RANGES, TURNS, VISIBLES, ErrorTable
-from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE, wrapped
+from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
+from swarmvision.trigonometry import wrapped
 
 NOBODY = -1  # instead of a neighbour's number, in the chance of what all neighbours share
 GHOSTLY = 1 << 32  # beside neighbours' numbers, in the chance of ghosts

@@ -20,7 +20,8 @@ from swarmvision.perception.segment import Hues
 from swarmvision.perception.silhouette import marker_bearings
 from swarmvision.sensing.camera import CameraSensor
 from swarmvision.sensing.protocol import Sensor
-from swarmvision.sensing.sight import View, thing_shadows
+from swarmvision.sensing.shadows import thing_shadows
+from swarmvision.sensing.sight import View
 from swarmvision.sensing.truth import TruthSensor
 
 SECTORS = 720

@@ -15,17 +15,16 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import TruthSensorConfig
 from swarmvision.data import BoolArray, Estimates, IntArray, Picture, Scene
 from swarmvision.geometry import FloatArray
+from swarmvision.sensing.abreast import FEW as ABREAST_ROBOTS
+from swarmvision.sensing.abreast import look_abreast
+from swarmvision.sensing.in_turn import look_in_turn
 from swarmvision.sensing.sight import (
     BEARING,
     ENOUGH,
-    FEW,
     HEADING,
     RANGE,
     VISIBLE,
     View,
-    cells,
-    look,
-    measure_pairs,
 )
 
 VARIANCE = 1e-12  # of a perfect sensor: covariances stay positive definite
@@ -92,48 +91,40 @@ def sight(
 
     Returns:
         Numbers, -1 where the slot is empty, ``(w, r, k)``; range, bearing, heading and visible fraction,
-        nan where empty, ``(w, r, k, 4)``.
+        nan where empty but for the fraction, which is 0 there, ``(w, r, k, 4)``.
     """
-    who = np.full((*pose.shape[:2], most), -1, np.int64)
-    seen = np.full((*who.shape, 4), np.nan)
-    _look_all(
-        pose,
-        objects,
-        view.reach,
-        view.limit,
-        view.radius,
-        view.occlusion,
-        view.ahead,
-        least,
-        view.things,
-        who,
-        seen,
-    )
-    return who, seen
+    shape = (*pose.shape[:2], most)
+    who, seen = np.empty(shape, np.int64), np.empty((4, *shape))
+    look = look_abreast if pose.shape[1] <= ABREAST_ROBOTS else look_in_turn
+    limits = (view.reach, view.limit, view.radius, view.occlusion, view.ahead, least)
+    look(pose, objects, limits, view.things, most, who.reshape(-1), seen.reshape(4, -1))
+    return who, np.moveaxis(seen, 0, -1)
 
 
 def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = None) -> Estimates:
     """Return what :func:`sight` found, and of which kind, as estimates without error, shape ``(..., k)``."""
-    there = who >= 0
+    there, age = np.empty(who.shape, bool), np.empty(who.shape)
     covariance = np.empty((*who.shape, 3, 3))
-    _fill_diagonals(there.ravel(), covariance.reshape(-1, 9))
+    _fill_perfect(who.reshape(-1), there.reshape(-1), age.reshape(-1), covariance.reshape(-1, 9))
     return Estimates.given(
         seen=there,
         range=seen[..., RANGE],
         bearing=seen[..., BEARING],
         heading=seen[..., HEADING],
         covariance=covariance,
-        age=np.where(there, 0.0, np.nan),
+        age=age,
         track=who,
-        visible=np.where(there, seen[..., VISIBLE], 0.0),
+        visible=seen[..., VISIBLE],
         kind=kind,
     )
 
 
 @compiled
-def _fill_diagonals(there: BoolArray, covariance: FloatArray) -> None:
-    """Fill rows ``(n, 9)`` with the covariance of a perfect sensor, or with nan where nobody is."""
-    for n in range(len(there)):
+def _fill_perfect(who: IntArray, there: BoolArray, age: FloatArray, covariance: FloatArray) -> None:
+    """Fill in who is there, new, and with the covariance ``(n, 9)`` of a perfect sensor; nan for nobody."""
+    for n in range(len(who)):
+        there[n] = who[n] >= 0
+        age[n] = 0.0 if there[n] else np.nan
         for c in range(9):
             covariance[n, c] = np.nan if not there[n] else (VARIANCE if c % 4 == 0 else 0.0)
 
@@ -144,57 +135,7 @@ def _own_slots(who: IntArray, seen: FloatArray) -> tuple[IntArray, FloatArray]:
     number = who[robot, slot]
     own = number - (number > robot)
     placed, values = np.full_like(who, -1), np.full_like(seen, np.nan)
+    values[..., VISIBLE] = 0.0
     placed[robot, own] = number
     values[robot, own] = seen[robot, slot]
     return placed, values
-
-
-@compiled
-def _look_all(
-    pose: FloatArray,
-    objects: FloatArray,
-    reach: float,
-    half_fov: float,
-    radius: float,
-    occlusion: bool,
-    ahead: float,
-    least: float,
-    things: FloatArray,
-    who: IntArray,
-    seen: FloatArray,
-) -> None:
-    r = pose.shape[1]
-    candidates, order = np.empty(r, np.int64), np.empty(r, np.int64)
-    distance, nearer = np.empty(r), np.empty((3, r))
-    few = r if r <= FEW else 0
-    gaps, angles = np.empty((few, few)), np.zeros((few, few))
-    for w in range(len(pose)):
-        if w == 0 or r > FEW:
-            grid, begin, robots = cells(pose[w], reach)
-        here, there = pose[w], objects[w]
-        if few:
-            measure_pairs(here, gaps, angles)
-        for me in range(r):
-            look(
-                here,
-                there,
-                me,
-                reach,
-                half_fov,
-                radius,
-                occlusion,
-                ahead,
-                least,
-                things,
-                grid,
-                begin,
-                robots,
-                gaps,
-                angles,
-                who[w, me],
-                seen[w, me],
-                candidates,
-                order,
-                distance,
-                nearer,
-            )

@@ -1,0 +1,237 @@
+"""Whom the robots of many small worlds see: the same robot of all worlds at once.
+
+Every number of this computation is a row with an entry for each world, so that a processor takes several
+worlds in one instruction. All pairs are computed; in worlds of up to ``FEW`` robots that is less than
+finding out which to leave out. Only where two markers come near each other in bearing is one world looked
+at for itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarmvision.compiled import compiled, leaf
+from swarmvision.data import IntArray
+from swarmvision.geometry import FloatArray
+from swarmvision.sensing.shadows import RAYS, arc_sine, marker_shadows, share_in_sight, thing_shadows
+from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
+from swarmvision.trigonometry import direction, sine_cosine, wrapped
+
+FEW = 16  # robots
+ABREAST = 64  # worlds: their rows fit the nearest cache
+X, Y, YAW, SINE, COSINE = range(5)  # of a robot in the world
+DX, DY, GAP, SIZE, IN_SIGHT, AT, FACING = range(
+    7
+)  # of a neighbour: place, range, sine of its half width, ...
+
+
+@compiled
+def look_abreast(
+    pose: FloatArray,
+    objects: FloatArray,
+    view: tuple[float, float, float, bool, float, float],
+    things: FloatArray,
+    slots: int,
+    who: IntArray,
+    seen: FloatArray,
+) -> None:
+    """Fill in whom every robot of every world sees; as :func:`swarmvision.sensing.in_turn.look_in_turn`."""
+    reach, limit, radius, occlusion, ahead, least = view
+    worlds, r = pose.shape[0], pose.shape[1]
+    robot, other = np.empty((r, 5, ABREAST)), np.empty((r, 7, ABREAST))
+    close, counts, rank = (
+        np.empty(ABREAST, np.int64),
+        np.empty((r, ABREAST), np.int64),
+        np.empty((r, ABREAST), np.int64),
+    )
+    room = np.empty((5, r + len(RAYS)))
+    for first in range(0, worlds, ABREAST):
+        lanes = min(ABREAST, worlds - first)
+        place_robots(pose[first:], lanes, robot)
+        for me in range(r):
+            close[:] = -1 if occlusion and len(things) > 0 else 0  # all bits, or none
+            for j in range(r):
+                if j != me:
+                    measure(robot[me], robot[j], lanes, radius, ahead, other[j])
+            for j in range(r if occlusion else 0):
+                for k in range(j):
+                    if me not in (j, k):
+                        compare(other[k], other[j], 1 << k, 1 << j, lanes, radius, ahead, close)
+            hide(close, lanes, me, robot, other, (reach, radius, ahead), objects[first:], things, room)
+            for j in range(r):
+                if j != me:
+                    mine, theirs = robot[me, YAW], robot[j, YAW]
+                    find(mine, theirs, lanes, reach, limit, least, other[j], counts[j], rank[j])
+            for j in range(r):
+                for k in range(j):
+                    if me not in (j, k):
+                        line_up(other[k, GAP], other[j, GAP], lanes, counts[k], counts[j], rank[k], rank[j])
+            tell((first * r + me) * slots, r * slots, lanes, me, slots, other, counts, rank, who, seen)
+
+
+@leaf
+def place_robots(pose: FloatArray, lanes: int, robot: FloatArray) -> None:
+    """Fill in the robots' rows ``(r, 5, lanes)`` from poses ``(w, r, 3)``."""
+    for j in range(len(robot)):
+        x, y, yaw, sine, cosine = robot[j, X], robot[j, Y], robot[j, YAW], robot[j, SINE], robot[j, COSINE]
+        for w in range(lanes):
+            x[w], y[w], yaw[w] = pose[w, j, 0], pose[w, j, 1], pose[w, j, 2]
+        for w in range(lanes):
+            sine[w], cosine[w] = sine_cosine(yaw[w])
+
+
+@leaf
+def measure(
+    mine: FloatArray, theirs: FloatArray, lanes: int, radius: float, ahead: float, other: FloatArray
+) -> None:
+    """Fill in where a neighbour is in the robot's frame, how far, and how wide it looks, ``(7, lanes)``."""
+    x, y, sine, cosine = mine[X], mine[Y], mine[SINE], mine[COSINE]
+    to_x, to_y = theirs[X], theirs[Y]
+    dx, dy, gap, size, in_sight = other[DX], other[DY], other[GAP], other[SIZE], other[IN_SIGHT]
+    for w in range(lanes):
+        off_x, off_y = to_x[w] - x[w], to_y[w] - y[w]
+        dx[w] = cosine[w] * off_x + sine[w] * off_y
+        dy[w] = cosine[w] * off_y - sine[w] * off_x
+        gap[w] = np.sqrt(off_x * off_x + off_y * off_y)
+        size[w] = min(radius / max(gap[w] - ahead, 1e-9), 1.0)
+        in_sight[w] = 1.0
+
+
+@leaf
+def compare(
+    one: FloatArray,
+    two: FloatArray,
+    bit_one: int,
+    bit_two: int,
+    lanes: int,
+    radius: float,
+    ahead: float,
+    close: IntArray,
+) -> None:
+    """Set the bit of the farther of two markers where the nearer may hide some of it."""
+    x1, y1, gap1, size1 = one[DX], one[DY], one[GAP], one[SIZE]
+    x2, y2, gap2, size2 = two[DX], two[DY], two[GAP], two[SIZE]
+    for w in range(lanes):
+        behind = gap1[w] > gap2[w]
+        far, near = (gap1[w], gap2[w]) if behind else (gap2[w], gap1[w])
+        size = size1[w] if behind else size2[w]
+        # Both times the farther one's range: no division.
+        across = abs(x1[w] * y2[w] - y1[w] * x2[w])
+        along = x1[w] * x2[w] + y1[w] * y2[w]
+        wide = far * (radius + size * (near + ahead))
+        meet = ((across < wide) & (along > far * (ahead - 2.0 * radius))) | (size >= 0.5)
+        bit = bit_one if behind else bit_two
+        close[w] |= bit if meet else 0
+
+
+@compiled
+def hide(
+    close: IntArray,
+    lanes: int,
+    me: int,
+    robot: FloatArray,
+    other: FloatArray,
+    limits: tuple[float, float, float],
+    objects: FloatArray,
+    things: FloatArray,
+    room: FloatArray,
+) -> None:
+    """Fill in how much is in sight of the markers whose bits are set; ``limits`` are reach, radius, ahead."""
+    reach, radius, ahead = limits
+    x, y, gaps, rays = room[0], room[1], room[2], room[3:]
+    r = len(other)
+    for w in range(lanes):
+        if close[w] == 0:
+            continue
+        for j in range(r):
+            gap = other[j, GAP, w]
+            if j == me or (close[w] >> j) & 1 == 0 or gap > reach:
+                continue
+            count = 0
+            for k in range(r):
+                if k not in (me, j) and other[k, GAP, w] < gap:
+                    x[count], y[count], gaps[count] = other[k, DX, w], other[k, DY, w], other[k, GAP, w]
+                    count += 1
+            far = max(gap, 1e-9)
+            ux, uy = other[j, DX, w] / far, other[j, DY, w] / far
+            hidden = marker_shadows(count, ux, uy, other[j, SIZE, w], radius, ahead, x, y, gaps, rays)
+            if len(things) > 0:
+                cosine, sine = robot[me, COSINE, w], robot[me, SINE, w]
+                eye_x = robot[me, X, w] + ahead * (cosine * ux - sine * uy)
+                eye_y = robot[me, Y, w] + ahead * (sine * ux + cosine * uy)
+                half, bearing = arc_sine(other[j, SIZE, w]), direction(uy, ux)
+                hidden |= thing_shadows(
+                    bearing, half, gap - ahead, eye_x, eye_y, robot[me, YAW, w], objects[w], things
+                )
+            other[j, IN_SIGHT, w] = share_in_sight(hidden)
+
+
+@leaf
+def find(
+    mine: FloatArray,
+    theirs: FloatArray,
+    lanes: int,
+    reach: float,
+    limit: float,
+    least: float,
+    other: FloatArray,
+    counts: IntArray,
+    rank: IntArray,
+) -> None:
+    """Fill in bearing and heading of a neighbour, and whether it counts; nobody is ranked before it yet."""
+    dx, dy, gap, in_sight = other[DX], other[DY], other[GAP], other[IN_SIGHT]
+    at, facing = other[AT], other[FACING]
+    for w in range(lanes):
+        at[w] = direction(dy[w], dx[w])
+        facing[w] = wrapped(theirs[w] - mine[w])
+        there = (gap[w] <= reach) & (in_sight[w] >= least) & (abs(at[w]) <= limit)
+        counts[w] = 1 if there else 0
+        rank[w] = 0
+
+
+@leaf
+def line_up(
+    one: FloatArray,
+    two: FloatArray,
+    lanes: int,
+    counts_one: IntArray,
+    counts_two: IntArray,
+    rank_one: IntArray,
+    rank_two: IntArray,
+) -> None:
+    """Rank the nearer of two neighbours before the other; of equals the first."""
+    for w in range(lanes):
+        before = one[w] <= two[w]
+        rank_two[w] += counts_one[w] if before else 0
+        rank_one[w] += 0 if before else counts_two[w]
+
+
+@leaf
+def tell(
+    first: int,
+    step: int,
+    lanes: int,
+    me: int,
+    slots: int,
+    other: FloatArray,
+    counts: IntArray,
+    rank: IntArray,
+    who: IntArray,
+    seen: FloatArray,
+) -> None:
+    """Fill in the slots of one robot of each world: ``first`` is its first slot in the first world."""
+    ranges, bearings, headings, shares = seen[RANGE], seen[BEARING], seen[HEADING], seen[VISIBLE]
+    for w in range(lanes):
+        begin, found = first + w * step, 0
+        for j in range(len(other)):
+            if j == me or counts[j, w] == 0:
+                continue
+            found += 1
+            if rank[j, w] < slots:
+                slot = begin + rank[j, w]
+                who[slot], shares[slot] = j, other[j, IN_SIGHT, w]
+                ranges[slot], bearings[slot] = other[j, GAP, w], other[j, AT, w]
+                headings[slot] = other[j, FACING, w]
+        for slot in range(begin + found, begin + slots):
+            who[slot], shares[slot] = -1, 0.0
+            ranges[slot] = bearings[slot] = headings[slot] = np.nan

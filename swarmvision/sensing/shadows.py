@@ -1,0 +1,187 @@
+"""How much of a marker is hidden: by nearer markers, and by things that stand before it.
+
+A marker is a disc of the plane. Ten rays across its width, from the observer's eye, tell how much of it is
+in sight: a ray is hidden where a nearer marker, or a thing taller than the markers' base, stands across
+it. Hidden rays are the bits of a number. Angles are computed only where two markers come near each other
+in bearing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarmvision.compiled import compiled, leaf
+from swarmvision.geometry import FloatArray
+from swarmvision.trigonometry import direction, sine_cosine
+
+RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
+ALL_RAYS = (1 << len(RAYS)) - 1
+
+
+@leaf
+def marker_shadows(
+    count: int,
+    x: float,
+    y: float,
+    sine: float,
+    radius: float,
+    ahead: float,
+    offset_x: FloatArray,
+    offset_y: FloatArray,
+    gaps: FloatArray,
+    rays: FloatArray,
+) -> int:
+    """Return the bits of the rays that any nearer marker covers.
+
+    Args:
+        count: Of the nearer ones.
+        x: Of the marker's direction, of length 1.
+        y: Of the same.
+        sine: Of half the marker's width, as the eye sees it.
+        radius: Of all markers (m).
+        ahead: Of the eye, towards the marker (m).
+        offset_x: Of the nearer markers from the observer (m).
+        offset_y: Of the same.
+        gaps: Their range (m).
+        rays: Room to work in, shape ``(2, n)`` for ``n`` rays.
+    """
+    close = 0
+    for m in range(count):
+        # From the eye to the nearer marker, along the direction of the farther one and across it.
+        along = offset_x[m] * x + offset_y[m] * y - ahead
+        across = offset_x[m] * y - offset_y[m] * x
+        # The distance is at most that from the axis and the way to the eye: no root for most.
+        wide = radius + sine * (gaps[m] + ahead)
+        close += 1 if (abs(across) < wide) & (along > -2.0 * radius) else 0
+    if close == 0 and sine < 0.5:
+        return 0
+    bits = 0
+    spread(arc_sine(sine), rays)
+    for m in range(count):
+        along = offset_x[m] * x + offset_y[m] * y - ahead
+        across = offset_x[m] * y - offset_y[m] * x
+        if abs(across) < radius + sine * (gaps[m] + ahead) or sine >= 0.5:
+            bits |= marker_shadow(across, along, radius, rays)
+    return bits
+
+
+@leaf
+def spread(half: float, rays: FloatArray) -> None:
+    """Fill in sines and cosines of the rays' angles, ``(2, n)``, of a marker of some half width (rad)."""
+    sines, cosines = rays[0], rays[1]
+    middle, last = len(RAYS) // 2, len(RAYS) - 1
+    # From the middle outwards, each a tenth of the width beyond the last: cheaper than so many sines.
+    sine, cosine = sine_cosine(RAYS[middle] * half)
+    step_sine, step_cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+    for n in range(middle, len(RAYS)):
+        sines[n], cosines[n], sines[last - n], cosines[last - n] = sine, cosine, -sine, cosine
+        sine, cosine = sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine
+
+
+@leaf
+def marker_shadow(across: float, along: float, radius: float, rays: FloatArray) -> int:
+    """Return the bits of the rays that a nearer marker covers.
+
+    Args:
+        across: Place of the nearer marker's axis across the direction of the farther one (m).
+        along: And along it (m).
+        radius: Of the nearer (m).
+        rays: Sines and cosines of the rays' angles from the direction of the farther one, shape ``(2, n)``.
+    """
+    sines, cosines, bits = rays[0], rays[1], 0
+    for n in range(len(RAYS)):
+        beside = across * cosines[n] + along * sines[n]
+        before = along * cosines[n] - across * sines[n]
+        bits |= (1 if (abs(beside) < radius) & (before > 0.0) else 0) << n
+    return bits
+
+
+@leaf
+def arc_sine(sine: float) -> float:
+    """Return the angle (rad) of a sine in 0..1."""
+    return direction(sine, np.sqrt((1.0 - sine) * (1.0 + sine)))
+
+
+@leaf
+def thing_shadow(
+    bearing: float,
+    half: float,
+    distance: float,
+    place: FloatArray,
+    length: float,
+    width: float,
+) -> int:
+    """Return the bits of the rays that meet a thing before they meet the marker.
+
+    Args:
+        bearing: Of the marker in the observer's frame (rad).
+        half: Half width of the marker (rad).
+        distance: Of the marker (m).
+        place: Of the thing in the observer's frame: x, y, yaw.
+        length: Half of the box's, or the disc's radius (m).
+        width: Half of the box's, or -1 (m).
+    """
+    square = place[0] * place[0] + place[1] * place[1]
+    bound = length if width < 0.0 else np.hypot(length, width)
+    if square > (distance + bound) * (distance + bound):
+        return 0
+    sine, cosine = sine_cosine(place[2])
+    start_x = -(cosine * place[0] + sine * place[1])
+    start_y = -(cosine * place[1] - sine * place[0])
+    bits = 0
+    for n in range(len(RAYS)):
+        ray = bearing + RAYS[n] * half
+        if width < 0.0:
+            y, x = sine_cosine(ray)
+            along = x * place[0] + y * place[1]
+            miss = square - along * along
+            if along > 0.0 and miss < length * length and along < distance:
+                bits |= 1 << n
+            continue
+        # In the box's own frame: the slab test.
+        y, x = sine_cosine(ray - place[2])
+        x = x if abs(x) >= 1e-12 else 1e-12
+        y = y if abs(y) >= 1e-12 else 1e-12
+        x1, x2 = (-length - start_x) / x, (length - start_x) / x
+        y1, y2 = (-width - start_y) / y, (width - start_y) / y
+        enter, leave = max(min(x1, x2), min(y1, y2)), min(max(x1, x2), max(y1, y2))
+        if enter < leave and leave > 0.0 and enter < distance:
+            bits |= 1 << n
+    return bits
+
+
+@compiled
+def thing_shadows(
+    bearing: float,
+    half: float,
+    distance: float,
+    eye_x: float,
+    eye_y: float,
+    yaw: float,
+    objects: FloatArray,
+    things: FloatArray,
+) -> int:
+    """Return the bits of the rays that any thing covers, from the eye's place and yaw in the world.
+
+    ``objects`` are poses ``(m, 3)``, ``things`` as in :class:`swarmvision.sensing.sight.View`.
+    """
+    bits = 0
+    sine, cosine = sine_cosine(yaw)
+    place = np.empty(3)
+    for b in range(len(things)):
+        thing = objects[int(things[b, 0])]
+        x, y = thing[0] - eye_x, thing[1] - eye_y
+        place[0], place[1], place[2] = cosine * x + sine * y, cosine * y - sine * x, thing[2] - yaw
+        bits |= thing_shadow(bearing, half, distance, place, things[b, 1], things[b, 2])
+        if bits == ALL_RAYS:
+            break
+    return bits
+
+
+@leaf
+def share_in_sight(hidden: int) -> float:
+    """Return the fraction of a marker's width whose rays are not among the hidden ones."""
+    bits = 0
+    for ray in range(len(RAYS)):
+        bits += (hidden >> ray) & 1
+    return 1.0 - bits / len(RAYS)
