@@ -11,17 +11,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import compiled, leaf
 from swarmvision.config.arena import ArenaConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import BoolArray, IntArray
 from swarmvision.geometry import FloatArray
-from swarmvision.ground import ANGLE, SPIN, VX, VY, X, Y, robot_grip, thing_grip, traction
+from swarmvision.ground import ANGLE, SPIN, VX, VY, X, Y, pull, pull_round, robot_grip, thing_grip
+from swarmvision.trigonometry import wrapped
 
 ROUNDS = 6  # over the contacts of a substep
 OVERLAP = 1e-4  # m that bodies may overlap
 LEFT_AFTER_A_SECOND = 0.9**60  # share of an overlap that is left after 1 s: Chipmunk's collision_bias
 WALLS = 4
+REST = np.zeros(1)  # of what has no tracks
+ABREAST = 32  # worlds that are moved together: they fit the nearest cache
 PER_BODY = 8  # contacts that there is room for, for each body
 HALF_LENGTH, HALF_WIDTH, RADIUS, FRICTION = range(4)  # columns of a shape; half width is -1 for a disc
 NORMAL_X, NORMAL_Y, ARM_AX, ARM_AY, ARM_BX, ARM_BY, DEPTH, RUB, PUSHED, RUBBED = range(10)  # of a contact
@@ -50,87 +53,240 @@ def shapes_of(robots: int, robot: RobotConfig, arena: ArenaConfig) -> tuple[Floa
     return np.array(shapes).reshape(-1, 4), np.array(grips).reshape(-1, 4)
 
 
+def bounds_of(robots: int, shapes: FloatArray) -> FloatArray:
+    """Return how far bodies reach (m), towards each other and towards walls, shape ``(2, n)``.
+
+    Robots meet each other as discs, and walls as boxes; of a thing it is its outline.
+    """
+    outline = np.hypot(shapes[:, HALF_LENGTH], np.maximum(shapes[:, HALF_WIDTH], 0.0))
+    towards = np.maximum(outline, shapes[:, RADIUS])
+    towards[:robots] = shapes[:robots, RADIUS]
+    return np.stack([towards, outline])
+
+
 @compiled
 def advance(
     state: FloatArray,
-    twists: FloatArray,
+    ahead: FloatArray,
+    turning: FloatArray,
     shapes: FloatArray,
+    bounds: FloatArray,
     grips: FloatArray,
     room: FloatArray,
-    dt: float,
-    lead: float,
-    margin: float,
-    touched: BoolArray,
-) -> None:
+    steps: tuple[float, float, float],
+    touching: BoolArray,
+    busy: BoolArray,
+    begun: IntArray,
+) -> int:
     """Move the bodies of all worlds through the substeps of a period.
 
     Args:
-        state: In and out: bodies as in :mod:`swarmvision.ground`, robots first, shape ``(w, n, 6)``.
-        twists: Speed and turn rate of the tracks at the end of each substep, shape ``(s, w, r, 2)``.
+        state: In and out: columns of :mod:`swarmvision.ground` of the bodies ``n`` of each world, robots
+            first, world after world, shape ``(6, w * n)``.
+        ahead: Speed of the tracks at the end of each substep (m/s), shape ``(s, w * r)``.
+        turning: Their turn rate (rad/s), likewise.
         shapes: From :func:`shapes_of`, shape ``(n, 4)``.
-        grips: Likewise, shape ``(n, 4)``.
+        bounds: From :func:`bounds_of`, shape ``(2, n)``.
+        grips: From :func:`shapes_of`, shape ``(n, 4)``.
         room: Half width and half depth of the arena (m) and the root of its walls' friction, shape ``(3,)``.
-        dt: Of a substep (s).
-        lead: As in :func:`swarmvision.ground.traction`.
-        margin: How much nearer two bodies can come to each other in the period (m).
-        touched: Out: whether a body touched another (with a higher number) or a wall, ``(w, n, n + 4)``.
+        steps: Duration of a substep (s); ``lead`` as in :func:`swarmvision.ground.traction`; how much nearer
+            two bodies can come to each other in the period (m).
+        touching: In and out: whether a body touches another (with a higher number) or a wall in the period,
+            ``(w, n, n + 4)``.
+        busy: In and out: whether any does, ``(w,)``.
+        begun: In and out: contacts of robots begun, with robots, and with walls and things, shape ``(w, 2)``.
+
+    Returns:
+        How many numbers of the new state are not finite.
     """
-    n = state.shape[1]
-    r = twists.shape[2]
-    pairs = np.empty((max(n * (n - 1) // 2, 1), 2), np.int64)
+    dt, lead, margin = steps
+    worlds, n = len(busy), len(shapes)
+    r = ahead.shape[1] // max(worlds, 1)
+    pairs = np.empty((ABREAST, max(n * (n - 1) // 2, 1), 2), np.int64)
+    near, walled = np.empty(ABREAST, np.int64), np.empty(ABREAST, np.bool_)
     most = PER_BODY * n + WALLS
     who, contacts = np.empty((most, 2), np.int64), np.empty((most, 10))
-    twist, force = np.zeros((n, 2)), np.zeros((n, 3))
-    for w in range(len(state)):
-        world = state[w]
-        near = _near(world, shapes, grips, margin, pairs)
-        touched[w] = False
-        for s in range(len(twists)):
-            for i in range(n):
-                world[i, X] += world[i, VX] * dt
-                world[i, Y] += world[i, VY] * dt
-                world[i, ANGLE] += world[i, SPIN] * dt
-            twist[:r] = twists[s, w]
-            traction(world, twist, grips, dt, lead, force)
-            for i in range(n):
-                if grips[i, 0] > 0.0:
-                    world[i, VX] += force[i, 0] / grips[i, 0] * dt
-                    world[i, VY] += force[i, 1] / grips[i, 0] * dt
-                    world[i, SPIN] += force[i, 2] / grips[i, 1] * dt
-            count = 0
-            for p in range(near):
-                if count < most:
-                    count += _meet(world, shapes, r, pairs[p, 0], pairs[p, 1], count, who, contacts)
-            for i in range(n):
-                if grips[i, 0] > 0.0 and count + 2 * WALLS <= most:
-                    count += _meet_walls(world, shapes, room, i, count, who, contacts)
-            if count > 0:
-                _resolve(world, grips, count, who, contacts, dt)
-                for c in range(count):
-                    touched[w, who[c, 0], who[c, 1]] = True
+    world, now = np.empty((n, 6)), np.empty((ABREAST, n, n + WALLS), np.bool_)
+    bad = 0
+    for first in range(0, worlds, ABREAST):
+        last = min(first + ABREAST, worlds)
+        for w in range(first, last):
+            near[w - first] = _near(state, w * n, bounds[0], grips, margin, pairs[w - first])
+            walled[w - first] = _near_walls(state, w * n, bounds[1], grips, room, margin)
+            now[w - first] = False
+        for s in range(len(ahead)):
+            _roll_all(state, first, last, ahead[s], turning[s], grips, dt, lead)
+            for w in range(first, last):
+                if near[w - first] == 0 and not walled[w - first]:
+                    continue
+                _fetch(state, w * n, world)
+                close = pairs[w - first, : near[w - first]]
+                count = _meet_all(
+                    world, shapes, bounds[1], grips, room, r, close, walled[w - first], who, contacts
+                )
+                if count > 0:
+                    _resolve(world, grips, count, who, contacts, dt)
+                    _put_back(world, state, w * n)
+                    for c in range(count):
+                        now[w - first, who[c, 0], who[c, 1]] = True
+        for w in range(first, last):
+            if busy[w] or near[w - first] > 0 or walled[w - first]:
+                busy[w] = _count(now[w - first], r, touching[w], begun[w])
+        bad += _settle(state, first * n, last * n)
+    return bad
 
 
-@compiled
-def _near(world: FloatArray, shapes: FloatArray, grips: FloatArray, margin: float, pairs: IntArray) -> int:
+@leaf
+def _roll_all(
+    state: FloatArray,
+    first: int,
+    last: int,
+    ahead: FloatArray,
+    turning: FloatArray,
+    grips: FloatArray,
+    dt: float,
+    lead: float,
+) -> None:
+    """Move the bodies of some worlds through a substep; robots without things in one go."""
+    n, worlds = len(grips), state.shape[1] // max(len(grips), 1)
+    r = len(ahead) // max(worlds, 1)
+    if n == r:
+        _roll(
+            state, first * n, ahead[first * r : last * r], turning[first * r : last * r], grips, 0, dt, lead
+        )
+        return
+    for w in range(first, last):
+        _roll(state, w * n, ahead[w * r : (w + 1) * r], turning[w * r : (w + 1) * r], grips, 0, dt, lead)
+        for i in range(r, n):
+            _roll(state, w * n + i, REST, REST, grips, i, dt, lead)
+
+
+@leaf
+def _roll(
+    state: FloatArray,
+    first: int,
+    ahead: FloatArray,
+    turning: FloatArray,
+    grips: FloatArray,
+    kind: int,
+    dt: float,
+    lead: float,
+) -> None:
+    """Move bodies by their velocity, and let the floor pull them; all have the grip of row ``kind``."""
+    last = first + len(ahead)
+    x, y, angle = state[X][first:last], state[Y][first:last], state[ANGLE][first:last]
+    vx, vy, spin = state[VX][first:last], state[VY][first:last], state[SPIN][first:last]
+    if len(ahead) == 0:
+        return
+    most, most_round = grips[kind, 2] * dt, grips[kind, 3] * dt
+    for i in range(len(ahead)):
+        x[i] += vx[i] * dt
+        y[i] += vy[i] * dt
+        angle[i] += spin[i] * dt
+        change_x, change_y = pull(angle[i] + spin[i] * lead, vx[i], vy[i], ahead[i], most)
+        vx[i] += change_x
+        vy[i] += change_y
+        spin[i] += pull_round(spin[i], turning[i], most_round)
+
+
+@leaf
+def _meet_all(
+    world: FloatArray,
+    shapes: FloatArray,
+    bound: FloatArray,
+    grips: FloatArray,
+    room: FloatArray,
+    robots: int,
+    pairs: IntArray,
+    walled: bool,
+    who: IntArray,
+    contacts: FloatArray,
+) -> int:
+    """Fill in the contacts of one world's bodies, as many as there is room for; return how many."""
+    count, most = 0, len(who)
+    for p in range(len(pairs)):
+        if count < most:
+            count += _meet(world, shapes, robots, pairs[p, 0], pairs[p, 1], count, who, contacts)
+    for i in range(len(world) if walled else 0):
+        if grips[i, 0] > 0.0 and count + 2 * WALLS <= most:
+            count += _meet_walls(world, shapes, bound[i], room, i, count, who, contacts)
+    return count
+
+
+@leaf
+def _fetch(state: FloatArray, first: int, world: FloatArray) -> None:
+    """Copy one world's bodies ``(n, 6)``."""
+    for c in range(6):
+        row = state[c][first:]
+        for i in range(len(world)):
+            world[i, c] = row[i]
+
+
+@leaf
+def _put_back(world: FloatArray, state: FloatArray, first: int) -> None:
+    """Copy them back."""
+    for c in range(6):
+        row = state[c][first:]
+        for i in range(len(world)):
+            row[i] = world[i, c]
+
+
+@leaf
+def _count(now: BoolArray, robots: int, touching: BoolArray, begun: IntArray) -> bool:
+    """Note who touches whom, ``(n, n + 4)``, and count what has begun; return whether anybody does."""
+    some = False
+    for i in range(len(now)):
+        for j in range(now.shape[1]):
+            if i < robots and now[i, j] and not touching[i, j]:
+                begun[0 if j < robots else 1] += 1
+            touching[i, j] = now[i, j]
+            some = some or now[i, j]
+    return some
+
+
+@leaf
+def _settle(state: FloatArray, first: int, last: int) -> int:
+    """Wrap the angles of some bodies; return how many of their numbers are not finite."""
+    bad, angle = 0, state[ANGLE][first:last]
+    for i in range(len(angle)):
+        angle[i] = wrapped(angle[i])
+    for c in range(6):
+        row = state[c][first:last]
+        for i in range(len(row)):
+            bad += 0 if abs(row[i]) < np.inf else 1
+    return bad
+
+
+@leaf
+def _near(
+    state: FloatArray, first: int, bound: FloatArray, grips: FloatArray, margin: float, pairs: IntArray
+) -> int:
     """Fill in the pairs of bodies that can touch in this period, of which one can move; return how many."""
-    count = 0
-    for i in range(len(world)):
-        for j in range(i + 1, len(world)):
-            dx, dy = world[j, X] - world[i, X], world[j, Y] - world[i, Y]
-            reach = _bound(shapes[i]) + _bound(shapes[j]) + margin
+    x, y, count = state[X][first:], state[Y][first:], 0
+    for i in range(len(bound)):
+        for j in range(i):
+            dx, dy = x[j] - x[i], y[j] - y[i]
+            reach = bound[i] + bound[j] + margin
             if dx * dx + dy * dy < reach * reach and grips[i, 0] + grips[j, 0] > 0.0:
-                pairs[count, 0], pairs[count, 1] = i, j
+                pairs[count, 0], pairs[count, 1] = j, i
                 count += 1
     return count
 
 
-@compiled
-def _bound(shape: FloatArray) -> float:
-    """Return the radius (m) of a circle round a shape, roughly: no less than it and its disc."""
-    return float(max(shape[HALF_LENGTH] + max(shape[HALF_WIDTH], 0.0), shape[RADIUS]))
+@leaf
+def _near_walls(
+    state: FloatArray, first: int, bound: FloatArray, grips: FloatArray, room: FloatArray, margin: float
+) -> bool:
+    """Return whether a body that can move can touch a wall in this period."""
+    x, y, near = state[X][first:], state[Y][first:], 0
+    for i in range(len(bound)):
+        reach = bound[i] + margin
+        beyond = (abs(x[i]) + reach >= room[0]) | (abs(y[i]) + reach >= room[1])
+        near += 1 if beyond & (grips[i, 0] > 0.0) else 0
+    return near > 0
 
 
-@compiled
+@leaf
 def _meet(
     world: FloatArray,
     shapes: FloatArray,
@@ -178,10 +334,11 @@ def _meet(
     return 1
 
 
-@compiled
+@leaf
 def _meet_walls(
     world: FloatArray,
     shapes: FloatArray,
+    bound: float,
     room: FloatArray,
     a: int,
     first: int,
@@ -190,7 +347,6 @@ def _meet_walls(
 ) -> int:
     """Fill in the contacts of a body with walls, up to two of its corners each; return how many."""
     x, y, n = world[a, X], world[a, Y], len(world)
-    bound = _bound(shapes[a])
     count = 0
     if abs(x) + bound < room[0] and abs(y) + bound < room[1]:
         return 0
@@ -234,7 +390,7 @@ def _meet_walls(
     return count
 
 
-@compiled
+@leaf
 def _note(
     a: int,
     b: int,
@@ -257,7 +413,7 @@ def _note(
     row[PUSHED] = row[RUBBED] = 0.0
 
 
-@compiled
+@leaf
 def _resolve(
     world: FloatArray, grips: FloatArray, count: int, who: IntArray, contacts: FloatArray, dt: float
 ) -> None:
@@ -286,7 +442,7 @@ def _resolve(
                 world[b, axis] += push * theirs * contacts[c, axis]
 
 
-@compiled
+@leaf
 def _ease(grips: FloatArray, i: int) -> float:
     """Return how easily a body moves (1/kg); 0 for walls and what is fixed."""
     if i >= len(grips) or grips[i, 0] == 0.0:
@@ -294,7 +450,7 @@ def _ease(grips: FloatArray, i: int) -> float:
     return 1.0 / float(grips[i, 0])
 
 
-@compiled
+@leaf
 def _impulse(
     world: FloatArray,
     grips: FloatArray,

@@ -79,6 +79,19 @@ class Scene:
         return len(self.pose)
 
     @classmethod
+    def given(cls, time: float, **arrays: FloatArray) -> Self:
+        """Return a scene that takes over arrays of its world, which lets go of them, instead of copying.
+
+        They have the shapes and the type of the fields; they become read-only.
+        """
+        given = object.__new__(cls)
+        object.__setattr__(given, "time", time)
+        for name, array in arrays.items():
+            array.setflags(write=False)
+            object.__setattr__(given, name, array)
+        return given
+
+    @classmethod
     def at_rest(cls, pose: Any, object_pose: Any = ()) -> Self:
         """Return a scene at time 0 in which nothing moves, from poses ``(r, 3)`` and ``(m, 3)``."""
         pose = np.asarray(pose, dtype=np.float64).reshape(-1, 3)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 
 if TYPE_CHECKING:
@@ -66,6 +67,13 @@ class Drive:
         after: FloatArray = wanted + (wheels - wanted) * left_over
         return after
 
+    def kept(self, dt: float, steps: int) -> FloatArray:
+        """Return the share of a change of speed that is to come after each of some steps, ``(steps,)``."""
+        if self.time_constant == 0.0:
+            return np.zeros(steps)
+        left_over: FloatArray = np.exp(-dt * np.arange(1, steps + 1) / self.time_constant)
+        return left_over
+
     @classmethod
     def from_config(cls, config: RobotConfig) -> Drive:
         """Return the drive of a robot."""
@@ -75,3 +83,56 @@ class Drive:
             time_constant=config.motor_time_constant,
             turn_slip=config.turn_slip,
         )
+
+
+@leaf
+def run_tracks(
+    speed: FloatArray,
+    turn_rate: FloatArray,
+    drive: tuple[float, float, float],
+    kept: FloatArray,
+    dt: float,
+    wheels: FloatArray,
+    travel: FloatArray,
+    ahead: FloatArray,
+    turning: FloatArray,
+) -> int:
+    """Run the tracks of robots ``n`` through the steps of a period: all that :class:`Drive` does, at once.
+
+    Args:
+        speed: Commanded (m/s), shape ``(n,)``.
+        turn_rate: Commanded (rad/s), shape ``(n,)``.
+        drive: Track (m), top speed of a wheel (m/s) and slip of a turn.
+        kept: From :meth:`Drive.kept`, shape ``(s,)``.
+        dt: Of a step (s).
+        wheels: In and out: speed of the left and the right track (m/s), shape ``(2, n)``.
+        travel: In and out: their way (m), shape ``(2, n)``.
+        ahead: Out: speed over ground at the end of each step (m/s), shape ``(s, n)``.
+        turning: Out: turn rate likewise (rad/s).
+
+    Returns:
+        How many commands are not finite; if any, nothing is done.
+    """
+    track, most, slip = drive
+    bad = 0
+    for n in range(len(speed)):
+        bad += 0 if (abs(speed[n]) < np.inf) & (abs(turn_rate[n]) < np.inf) else 1
+    if bad > 0:
+        return bad
+    left, right, left_way, right_way = wheels[0], wheels[1], travel[0], travel[1]
+    last = len(kept) - 1
+    for s in range(len(kept)):
+        fast, turned, share = ahead[s], turning[s], kept[s]
+        for n in range(len(speed)):
+            half = turn_rate[n] * track / 2.0 / (1.0 - slip)
+            scale = most / max(abs(speed[n] - half), abs(speed[n] + half), most)
+            wanted_left, wanted_right = (speed[n] - half) * scale, (speed[n] + half) * scale
+            now_left = wanted_left + (left[n] - wanted_left) * share
+            now_right = wanted_right + (right[n] - wanted_right) * share
+            fast[n], turned[n] = (now_left + now_right) / 2.0, (now_right - now_left) / track * (1.0 - slip)
+            # The way is the trapezoid under the speeds; it is summed before the speeds are replaced.
+            weight = dt if s < last else dt / 2.0
+            left_way[n] += now_left * weight + (left[n] * dt / 2.0 if s == 0 else 0.0)
+            right_way[n] += now_right * weight + (right[n] * dt / 2.0 if s == 0 else 0.0)
+            left[n], right[n] = (now_left, now_right) if s == last else (left[n], right[n])
+    return 0

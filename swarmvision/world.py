@@ -22,10 +22,10 @@ from swarmvision.bodies import bodies_of
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Commands, Scene
-from swarmvision.drive import Drive
+from swarmvision.drive import Drive, run_tracks
 from swarmvision.errors import PhysicsError
-from swarmvision.geometry import FloatArray, wrap
-from swarmvision.ground import ANGLE, NO_GRIP, SPIN, VX, robot_grip, thing_grip, traction, travelled
+from swarmvision.geometry import FloatArray
+from swarmvision.ground import robot_grip, settle, thing_grip, traction
 
 WALL_THICKNESS = 0.5  # m, outwards; nothing at a robot's speed passes that in one substep
 RESTITUTION = 0.05  # robots and boxes hardly bounce
@@ -65,10 +65,11 @@ class World:
                 self._rub(body, walls[0], thing_grip(thing, body.moment, arena.floor_friction))
         bodies = robots + objects + walls
         self._bodies = bodies_of(self._space, bodies)
-        grips = [robot_grip(robot, body.moment) for body in robots]
-        grips += [NO_GRIP] * (len(bodies) - len(grips))
-        self._grips = np.array(grips).reshape(-1, 4)
-        self._twist = np.zeros((len(bodies), 2))
+        self._grips = np.array([robot_grip(robot, body.moment) for body in robots]).reshape(-1, 4)
+        self._limits = (self._drive.track, self._drive.max_wheel_speed, self._drive.turn_slip)
+        self._wheels, self._travel = scene.wheel_speed.T.copy(), scene.wheel_travel.T.copy()
+        self._dt, self._kept = 0.0, np.zeros(0)
+        self._ahead, self._turning = np.zeros((2, 0, len(robots)))
         self._touching: set[tuple[int, int]] = set()
 
     @property
@@ -87,38 +88,43 @@ class World:
         Raises:
             PhysicsError: If a command or the new state is not finite; names robot and field.
         """
-        _refuse_nonfinite("command.speed", commands.speed)
-        _refuse_nonfinite("command.turn_rate", commands.turn_rate)
-        r, m = self.scene.robots, len(self.scene.object_pose)
-        h = dt / substeps
-        wanted = self._drive.saturate(self._drive.wheel_speeds(commands.speed, commands.turn_rate))
-        before = self.scene.wheel_speed
-        passed = h * np.arange(1, substeps + 1)[:, None, None]
-        wheels = self._drive.lag(before, wanted, passed)  # (substeps, r, 2)
-        twists = np.stack(self._drive.twist(wheels), axis=-1)
+        if substeps != len(self._kept) or dt != self._dt:
+            self._divide(dt, substeps)
+        r, m, h = self.scene.robots, len(self.scene.object_pose), dt / substeps
+        wheels, travel, ahead, turning = self._wheels, self._travel, self._ahead, self._turning
+        if run_tracks(
+            commands.speed, commands.turn_rate, self._limits, self._kept, h, wheels, travel, ahead, turning
+        ):
+            _refuse_nonfinite("command.speed", commands.speed)
+            _refuse_nonfinite("command.turn_rate", commands.turn_rate)
         bodies = self._bodies
-        for twist in twists:
-            self._twist[:r] = twist
+        for s in range(substeps):
             # pymunk moves bodies before it changes their velocity: the tracks will have turned by then.
-            traction(bodies.state, self._twist, self._grips, h, h, bodies.force)
+            traction(bodies.state, ahead[s], turning[s], self._grips, h, h, bodies.force)
             bodies.push()
             self._space.step(h)
             bodies.touch()
             bodies.read()
         self._count_contacts()
-        pose, velocity = bodies.state[:, : ANGLE + 1].copy(), bodies.state[:, VX : SPIN + 1]
-        pose[:, ANGLE] = wrap(pose[:, ANGLE])
-        self.scene = Scene(
-            time=self.scene.time + dt,
+        pose, velocity = np.empty((r + m, 3)), np.empty((r + m, 3))
+        sane = settle(bodies.state, pose, velocity, FASTEST)
+        self.scene = Scene.given(
+            self.scene.time + dt,
             pose=pose[:r],
             velocity=velocity[:r],
-            wheel_speed=wheels[-1],
-            wheel_travel=self.scene.wheel_travel + travelled(before, wheels, h),
-            object_pose=pose[r : r + m],
-            object_velocity=velocity[r : r + m],
+            wheel_speed=wheels.T.copy(),
+            wheel_travel=travel.T.copy(),
+            object_pose=pose[r:],
+            object_velocity=velocity[r:],
         )
-        self._refuse_blown_up()
+        if not sane:
+            self._refuse_blown_up()
         return self.scene
+
+    def _divide(self, dt: float, substeps: int) -> None:
+        """Make ready for periods (s) of so many substeps."""
+        self._dt, self._kept = dt, self._drive.kept(dt / substeps, substeps)
+        self._ahead, self._turning = np.zeros((2, substeps, self.scene.robots))
 
     def _add_walls(self, arena: ArenaConfig) -> list[pymunk.Body]:
         x, y, t = arena.width / 2.0, arena.depth / 2.0, WALL_THICKNESS

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.config.sensor import DeliveryConfig, ErrorModelSensorConfig, TruthSensorConfig
-from swarmvision.contacts import WALLS, advance, shapes_of
+from swarmvision.contacts import WALLS, advance, bounds_of, shapes_of
 from swarmvision.controllers import Memory, Sense, controller
 from swarmvision.data import BoolArray, Commands, Estimates, IntArray, Scene, Senses
-from swarmvision.drive import Drive
+from swarmvision.drive import Drive, run_tracks
 from swarmvision.errors import ConfigError, PhysicsError
-from swarmvision.geometry import FloatArray, wrap
-from swarmvision.ground import ANGLE, SPIN, VX, travelled
+from swarmvision.geometry import FloatArray
+from swarmvision.ground import ANGLE, SPIN, VX, X
 from swarmvision.placement import starting_scene
 from swarmvision.randomness import Subsystem, hashed, stream
 from swarmvision.sensing.error_memory import ErrorMemory
@@ -65,22 +65,20 @@ class Worlds:
         """The seed of each world's episode, ``(w,)``: a :class:`Simulation` of it begins alike."""
         self.time = np.zeros(worlds)
         """Since each world's episode began (s), ``(w,)``."""
-        self.robot_contacts: IntArray = np.zeros(worlds, np.int64)
-        """Contacts of robots with robots begun in each world's episode, ``(w,)``."""
-        self.obstacle_contacts: IntArray = np.zeros(worlds, np.int64)
-        """And with walls and objects."""
-        self.wheel_speed = np.zeros((worlds, r, 2))
-        """As in :class:`Scene`, ``(w, r, 2)``."""
-        self.wheel_travel = np.zeros((worlds, r, 2))
-        """As in :class:`Scene`, ``(w, r, 2)``."""
-        self._robots, self._seed, self._substeps = r, seed, substeps
+        self._robots, self._seed = r, seed
         self._episodes = np.zeros(worlds, np.int64)
         self._drive = Drive.from_config(scenario.robot)
         self._shapes, self._grips = shapes_of(r, scenario.robot, scenario.arena)
         arena = scenario.arena
         self._room = np.array([arena.width / 2.0, arena.depth / 2.0, np.sqrt(arena.wall_friction)])
-        self._state = np.zeros((worlds, r + m, 6))
+        self._bounds = bounds_of(r, self._shapes)
+        self._steps = self._substep(substeps)
+        self._kept = self._drive.kept(self._steps[0], substeps)
+        self._state = np.zeros((6, worlds, r + m))
+        self._wheels, self._travel = np.zeros((2, worlds, r)), np.zeros((2, worlds, r))
+        self._ahead, self._turning = np.zeros((2, substeps, worlds * r))
         self._touching = np.zeros((worlds, r + m, r + m + WALLS), bool)
+        self._busy, self._begun = np.zeros(worlds, bool), np.zeros((worlds, 2), np.int64)
         self._look = _Look(scenario, worlds)
         self._controller = controller(scenario.controller, scenario.layers)
         if missing := self._controller.inputs - FELT:
@@ -96,33 +94,49 @@ class Worlds:
     @property
     def pose(self) -> FloatArray:
         """Robots: x, y (m), yaw (rad), shape ``(w, r, 3)``."""
-        pose = self._state[:, : self._robots, : ANGLE + 1].copy()
-        pose[..., ANGLE] = wrap(pose[..., ANGLE])
-        return pose
+        return self._columns(slice(X, ANGLE + 1), slice(self._robots))
 
     @property
     def velocity(self) -> FloatArray:
         """Robots: dx/dt, dy/dt (m/s), dyaw/dt (rad/s), shape ``(w, r, 3)``."""
-        return self._state[:, : self._robots, VX : SPIN + 1].copy()
+        return self._columns(slice(VX, SPIN + 1), slice(self._robots))
+
+    @property
+    def wheel_speed(self) -> FloatArray:
+        """As in :class:`Scene`, ``(w, r, 2)``."""
+        return np.stack(list(self._wheels), axis=-1)
+
+    @property
+    def wheel_travel(self) -> FloatArray:
+        """As in :class:`Scene`, ``(w, r, 2)``."""
+        return np.stack(list(self._travel), axis=-1)
+
+    @property
+    def robot_contacts(self) -> IntArray:
+        """Contacts of robots with robots begun in each world's episode, ``(w,)``."""
+        return self._begun[:, 0].copy()
+
+    @property
+    def obstacle_contacts(self) -> IntArray:
+        """And with walls and objects."""
+        return self._begun[:, 1].copy()
 
     @property
     def contacts(self) -> IntArray:
         """Contacts begun so far in each world's episode, ``(w,)``."""
-        return self.robot_contacts + self.obstacle_contacts
+        return np.asarray(self._begun.sum(axis=1), dtype=np.int64)
 
     def scene(self, world: int) -> Scene:
         """Return one world as a scene."""
-        pose = self._state[world, :, : ANGLE + 1].copy()
-        pose[:, ANGLE] = wrap(pose[:, ANGLE])
-        velocity, r = self._state[world, :, VX : SPIN + 1], self._robots
+        one, r = self._state[:, world].T, self._robots
         return Scene(
             time=float(self.time[world]),
-            pose=pose[:r],
-            velocity=velocity[:r],
-            wheel_speed=self.wheel_speed[world],
-            wheel_travel=self.wheel_travel[world],
-            object_pose=pose[r:],
-            object_velocity=velocity[r:],
+            pose=one[:r, : ANGLE + 1],
+            velocity=one[:r, VX:],
+            wheel_speed=self._wheels[:, world].T,
+            wheel_travel=self._travel[:, world].T,
+            object_pose=one[r:, : ANGLE + 1],
+            object_velocity=one[r:, VX:],
         )
 
     def reset(self, which: BoolArray | None = None) -> None:
@@ -141,12 +155,13 @@ class Worlds:
     def sense(self) -> Estimates:
         """Return what each robot believes about its neighbours now, robot frame, shape ``(w, r, k)``."""
         r = self._robots
-        pose = np.ascontiguousarray(self._state[..., : ANGLE + 1])
-        return self._look.sense(pose[:, :r], self._state[:, :r, SPIN], pose[:, r:], self.time)
+        things = self._columns(slice(X, ANGLE + 1), slice(r, None))
+        turn_rate = np.ascontiguousarray(self._state[SPIN, :, :r])
+        return self._look.sense(self.pose, turn_rate, things, self.time)
 
     def feel(self, estimates: Estimates) -> Senses:
         """Return all that the robots know now: what they see of each other, and their own motion."""
-        speed, turn_rate = self._drive.twist(self.wheel_speed)
+        speed, turn_rate = self._drive.twist(np.moveaxis(self._wheels, 0, -1))
         return Senses.of(estimates, 1.0 / self.scenario.control_hz, speed=speed, turn_rate=turn_rate)
 
     def decide(self, senses: Senses) -> Commands:
@@ -163,22 +178,28 @@ class Worlds:
         Raises:
             PhysicsError: If a command or the new state is not finite.
         """
-        _refuse_nonfinite("command", np.stack([commands.speed, commands.turn_rate], axis=-1))
-        period, s = 1.0 / self.scenario.control_hz, self._substeps
-        dt = period / s
-        wanted = self._drive.saturate(self._drive.wheel_speeds(commands.speed, commands.turn_rate))
-        before = self.wheel_speed
-        wheels = self._drive.lag(before, wanted, dt * np.arange(1, s + 1)[:, None, None, None])
-        twists = np.stack(self._drive.twist(wheels), axis=-1)  # (s, w, r, 2)
-        # Longer substeps than pymunk's would turn every path a little; the tracks point as in pymunk's.
-        lead = (dt - period / self.scenario.physics_substeps) / 2.0
-        touching = np.empty_like(self._touching)
-        margin = 2.0 * period * self._drive.max_wheel_speed + SLACK
-        advance(self._state, twists, self._shapes, self._grips, self._room, dt, lead, margin, touching)
-        _refuse_nonfinite("state", self._state)
-        self._count(touching)
-        self.wheel_speed = wheels[-1]
-        self.wheel_travel = self.wheel_travel + travelled(before, wheels, dt)
+        drive, period, flat = self._drive, 1.0 / self.scenario.control_hz, (2, -1)
+        limits = (drive.track, drive.max_wheel_speed, drive.turn_slip)
+        speed, turn_rate = commands.speed.reshape(-1), commands.turn_rate.reshape(-1)
+        wheels, travel = self._wheels.reshape(flat), self._travel.reshape(flat)
+        if run_tracks(
+            speed, turn_rate, limits, self._kept, self._steps[0], wheels, travel, self._ahead, self._turning
+        ):
+            _refuse_nonfinite("command", np.stack([commands.speed, commands.turn_rate], axis=-1))
+        if advance(
+            self._state.reshape(6, -1),
+            self._ahead,
+            self._turning,
+            self._shapes,
+            self._bounds,
+            self._grips,
+            self._room,
+            self._steps,
+            self._touching,
+            self._busy,
+            self._begun,
+        ):
+            _refuse_nonfinite("state", np.moveaxis(self._state, 0, -1))
         self.time = self.time + period
 
     def step(self) -> Estimates:
@@ -187,20 +208,23 @@ class Worlds:
         self.act(self.decide(self.feel(estimates)))
         return estimates
 
-    def _count(self, touching: BoolArray) -> None:
-        begun = touching[:, : self._robots] & ~self._touching[:, : self._robots]
-        if begun.any():
-            self.robot_contacts += begun[..., : self._robots].sum(axis=(1, 2))
-            self.obstacle_contacts += begun[..., self._robots :].sum(axis=(1, 2))
-        self._touching = touching
+    def _substep(self, substeps: int) -> tuple[float, float, float]:
+        """Return duration, lead and margin of :func:`advance`."""
+        period = 1.0 / self.scenario.control_hz
+        dt = period / substeps
+        # Longer substeps than pymunk's would turn every path a little; the tracks point as in pymunk's.
+        lead = (dt - period / self.scenario.physics_substeps) / 2.0
+        return dt, lead, 2.0 * period * self._drive.max_wheel_speed + SLACK
+
+    def _columns(self, columns: slice, bodies: slice) -> FloatArray:
+        """Return some columns of the state of some bodies, ``(w, b, c)``, our own copy."""
+        return np.stack(list(self._state[columns, :, bodies]), axis=-1)
 
     def _place(self, world: int, scene: Scene) -> None:
-        self._state[world] = 0.0
-        self._state[world, :, : ANGLE + 1] = np.vstack([scene.pose, scene.object_pose])
-        self.wheel_speed[world] = self.wheel_travel[world] = 0.0
-        self.time[world] = 0.0
-        self.robot_contacts[world] = self.obstacle_contacts[world] = 0
-        self._touching[world] = False
+        self._state[:, world] = 0.0
+        self._state[: ANGLE + 1, world] = np.vstack([scene.pose, scene.object_pose]).T
+        self._wheels[:, world] = self._travel[:, world] = self.time[world] = 0.0
+        self._begun[world], self._touching[world], self._busy[world] = 0, False, False
 
 
 SLACK = 0.01  # m: what being pushed apart may add to a body's way in a period

@@ -15,7 +15,7 @@ from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.scenario import ScenarioConfig, StartConfig
 from swarmvision.data import Commands, Scene
-from swarmvision.drive import Drive
+from swarmvision.drive import Drive, run_tracks
 from swarmvision.errors import ConfigError, PhysicsError
 from swarmvision.ground import GRAVITY, traction
 from swarmvision.placement import starting_scene
@@ -215,10 +215,26 @@ def test_a_contact_that_lasts_counts_once() -> None:
 def test_traction_is_the_same_uncompiled() -> None:
     plain = getattr(traction, "py_func", traction)
     rng = np.random.default_rng(0)
-    state, twist = rng.normal(size=(6, 6)), rng.normal(size=(6, 2))
-    grips = np.abs(rng.normal(size=(6, 4)))
-    grips[5] = 0.0
+    state, (ahead, turning) = rng.normal(size=(6, 6)), rng.normal(size=(2, 5))
+    grips = np.abs(rng.normal(size=(5, 4)))
     one, two = np.ones((6, 3)), np.ones((6, 3))
-    traction(state, twist, grips, 0.01, 0.01, one)
-    plain(state, twist, grips, 0.01, 0.01, two)
+    traction(state, ahead, turning, grips, 0.01, 0.01, one)
+    plain(state, ahead, turning, grips, 0.01, 0.01, two)
     np.testing.assert_allclose(one, two, rtol=1e-13)
+    np.testing.assert_array_equal(one[5], 1.0)  # who has no tracks is not pulled
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.06])
+def test_tracks_run_as_the_drive_says(lag: float) -> None:
+    drive, h, rng = Drive.from_config(ROBOT.replace(motor_time_constant=lag)), 0.01, np.random.default_rng(1)
+    speed, turn_rate, before = rng.uniform(-1, 1, 7), rng.uniform(-20, 20, 7), rng.uniform(-0.4, 0.4, (7, 2))
+    wheels, travel = before.T.copy(), np.zeros((2, 7))
+    ahead, turning = np.zeros((2, 3, 7))
+    limits = (drive.track, drive.max_wheel_speed, drive.turn_slip)
+    assert run_tracks(speed, turn_rate, limits, drive.kept(h, 3), h, wheels, travel, ahead, turning) == 0
+    wanted = drive.saturate(drive.wheel_speeds(speed, turn_rate))
+    after = drive.lag(before, wanted, h * np.arange(1, 4)[:, None, None])  # (3, 7, 2)
+    np.testing.assert_allclose(wheels.T, after[-1], atol=1e-15)
+    np.testing.assert_allclose(np.stack([ahead, turning]), np.stack(drive.twist(after)), atol=1e-14)
+    trapezoid = h * (before / 2 + after[0] + after[1] + after[2] / 2)
+    np.testing.assert_allclose(travel.T, trapezoid, atol=1e-15)
