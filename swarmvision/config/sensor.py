@@ -189,7 +189,12 @@ class ProximityConfig(Settings):
     """Standard deviation of a range before it falls into a step (m); a start value of ours."""
 
 
-class _RangingConfig(DeliveryConfig):
+class RangingConfig(DeliveryConfig):
+    """A signal from robot to robot; each kind has its own range noise."""
+
+    bearing_noise_deg: Annotated[float, Field(ge=0, le=180)]
+    """Standard deviation of a bearing (deg)."""
+
     occlusion: bool = True
     """Whether nearer robots and objects hide farther ones."""
 
@@ -203,7 +208,7 @@ class _RangingConfig(DeliveryConfig):
     """Standard deviation of a heading that is told, two compasses' together (deg); a start value of ours."""
 
 
-class InfraredSensorConfig(_RangingConfig):
+class InfraredSensorConfig(RangingConfig):
     """Infrared range and bearing between robots, as the paper quotes it."""
 
     kind: Literal["infrared"] = "infrared"
@@ -225,7 +230,7 @@ class InfraredSensorConfig(_RangingConfig):
     """A neighbour that was read no longer ago (s) is carried on by the robot's odometry."""
 
 
-class UltrasonicSensorConfig(_RangingConfig):
+class UltrasonicSensorConfig(RangingConfig):
     """Ultrasonic relative positioning in turns, as the paper quotes it."""
 
     kind: Literal["ultrasonic"] = "ultrasonic"

@@ -2,20 +2,23 @@
 
 Whom a signal reaches is line of sight (:mod:`swarmvision.sensing.sight`); what is measured has errors that
 are normal, independent and without bias. A message names its sender, so a track is a robot's number and a
-kind its team, and it may carry the sender's compass.
+kind its team, and it may carry the sender's compass. A sensor adds whose signals arrive.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.data import BoolArray, Estimates, IntArray
+from swarmvision.config.sensor import RangingConfig
+from swarmvision.data import BoolArray, Estimates, IntArray, Picture, Scene
 from swarmvision.geometry import FloatArray, wrap
-from swarmvision.randomness import normal
-from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
+from swarmvision.randomness import RobotKeys, Subsystem, normal
+from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE, View
+from swarmvision.sensing.truth import Teams, sight
 
 NEAREST = 1e-3  # m; no reading is nearer
 
@@ -32,6 +35,57 @@ class Spread:
     """rad"""
     heading: float | None
     """rad; None where no heading is told."""
+
+    @classmethod
+    def of(cls, config: RangingConfig, range_noise: float, range_share: float) -> Spread:
+        """Return the spread of a range that a sensor tells in its own way, and of the angles."""
+        heading = float(np.radians(config.heading_noise_deg)) if config.heading else None
+        return cls(range_noise, range_share, float(np.radians(config.bearing_noise_deg)), heading)
+
+
+class RangingSensor(ABC):
+    """The links of all robots, the nearest neighbours first; a track is a number, a kind a team."""
+
+    pictures: tuple[Picture, ...] = ()
+
+    def __init__(
+        self, config: RangingConfig, view: View, spread: Spread, seed: int, team_sizes: tuple[int, ...]
+    ) -> None:
+        """Set up the links.
+
+        Args:
+            config: How many are read at once.
+            view: Whom a signal reaches.
+            spread: Of the errors.
+            seed: Of the run.
+            team_sizes: Robots of each team, in the order of their numbers.
+        """
+        self._view, self._spread, self._teams = view, spread, Teams(team_sizes)
+        self._most = config.neighbours
+        self._keys = RobotKeys(seed, Subsystem.SENSOR)
+        self._reading = 0
+
+    def sense(self, scene: Scene) -> Estimates:
+        """Return what each robot reads of the neighbours whose signals arrive now, shape ``(r, k)``."""
+        most = max(scene.robots - 1, 0)
+        if self._most is not None:
+            most = min(most, self._most)
+        keys = self._keys.of(scene.robots)
+        seen_by = sight(scene.pose[None], scene.object_pose[None], self._view, most)
+        who, seen = only(seen_by[0][0], seen_by[1][0], self.arrives(scene, seen_by[0][0], keys))
+        estimates = measured(who, seen, self._teams.of(who), self._spread, keys, self._reading)
+        self._reading += 1
+        return estimates
+
+    @abstractmethod
+    def arrives(self, scene: Scene, who: IntArray, keys: NDArray[np.uint64]) -> BoolArray:
+        """Return whose signals arrive, of those in line of sight.
+
+        Args:
+            scene: Now.
+            who: Their numbers, -1 where a slot is empty, shape ``(r, k)``.
+            keys: Of the observers, shape ``(r,)``.
+        """
 
 
 def measured(

@@ -12,23 +12,20 @@ modelled.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import UltrasonicSensorConfig
-from swarmvision.data import BoolArray, Estimates, Picture, Scene
-from swarmvision.randomness import RobotKeys, Subsystem
-from swarmvision.sensing.ranging import Spread, measured, only
+from swarmvision.data import BoolArray, IntArray, Scene
+from swarmvision.sensing.ranging import RangingSensor, Spread
 from swarmvision.sensing.sight import View
-from swarmvision.sensing.truth import Teams, sight
 
 CLOCK_SLACK = 1e-9  # s; sums of control periods are not exact
 
 
-class UltrasonicSensor:
-    """The transducers of all robots, the nearest neighbours first; a track is a number, a kind a team."""
-
-    pictures: tuple[Picture, ...] = ()
+class UltrasonicSensor(RangingSensor):
+    """The transducers of all robots."""
 
     def __init__(
         self,
@@ -38,38 +35,19 @@ class UltrasonicSensor:
         seed: int = 0,
         team_sizes: tuple[int, ...] = (),
     ) -> None:
-        self._teams = Teams(team_sizes)
-        self._config = config
-        self._view = View.of(robot, arena, config.reach, 2.0 * np.pi, occlusion=config.occlusion)
-        self._spread = Spread(
-            range=config.range_noise,
-            range_share=0.0,
-            bearing=np.radians(config.bearing_noise_deg),
-            heading=np.radians(config.heading_noise_deg) if config.heading else None,
-        )
-        self._keys = RobotKeys(seed, Subsystem.SENSOR)
-        self._readings = 0
+        view = View.of(robot, arena, config.reach, 2.0 * np.pi, occlusion=config.occlusion)
+        super().__init__(config, view, Spread.of(config, config.range_noise, 0.0), seed, team_sizes)
+        self._turn = config.turn
         self._turns = -1
 
-    def sense(self, scene: Scene) -> Estimates:
-        """Return what each robot reads of those that sounded since the last call, shape ``(r, k)``."""
-        most = max(scene.robots - 1, 0)
-        if self._config.neighbours is not None:
-            most = min(most, self._config.neighbours)
-        sounded = self._sounded(scene)
-        who, seen = sight(scene.pose[None], scene.object_pose[None], self._view, most)
-        who, seen = who[0], seen[0]
-        if scene.robots:
-            who, seen = only(who, seen, sounded[who])
-        estimates = measured(
-            who, seen, self._teams.of(who), self._spread, self._keys.of(scene.robots), self._readings
-        )
-        self._readings += 1
-        return estimates
+    def arrives(self, scene: Scene, who: IntArray, keys: NDArray[np.uint64]) -> BoolArray:
+        """Return who sounded since the last call, shape ``(r, k)``."""
+        sounded = np.append(self._sounded(scene), False)  # the last stands for nobody's number, -1
+        return sounded[who]
 
     def _sounded(self, scene: Scene) -> BoolArray:
         """Return whose turn came up since the last call, shape ``(r,)``; the first robot's is at time 0."""
-        turns = int(np.floor((scene.time + CLOCK_SLACK) / self._config.turn))
+        turns = int(np.floor((scene.time + CLOCK_SLACK) / self._turn))
         new = np.arange(max(self._turns + 1, turns - scene.robots + 1), turns + 1)
         self._turns = turns
         sounded = np.zeros(scene.robots, dtype=bool)
