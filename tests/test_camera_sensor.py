@@ -187,9 +187,10 @@ HARD = {
 
 
 SWEEPING = {"rig": {"servo": {}}, "rate_hz": 20}
+FAST = {"rate_hz": 40}  # most pictures are looked at only where neighbours should be
 
 
-@pytest.mark.parametrize("settings", [{}, SWEEPING, HARD], ids=["ring", "pan", "hard"])
+@pytest.mark.parametrize("settings", [{}, SWEEPING, HARD, FAST], ids=["ring", "pan", "hard", "fast"])
 def test_one_kernel_and_one_by_one_say_the_same(settings: dict[str, Any]) -> None:
     by_kernel, by_hand = sensor(5, **settings), sensor(5, keep=True, **settings)
     world = World(ARENA, ROBOT, Scene.at_rest(CIRCLE))

@@ -25,6 +25,7 @@ from swarmvision.marker import Marker
 from swarmvision.perception import Reader
 from swarmvision.perception.detect import candidates
 from swarmvision.perception.edges import MOST, ROW, read_edges_into
+from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.look import Proportions
 from swarmvision.perception.plan import Scratch
 from swarmvision.perception.segment import Balance, Hues
@@ -221,7 +222,7 @@ def test_reading_takes_no_memory() -> None:
     taken = []
     for image, markers in ((picture(), 0), (picture((0.5, 0.1, 1.2), (0.3, -0.08, 2.0)), 2)):
         before = runtime.rtsys.get_allocation_stats().alloc
-        assert read_edges_into(image, reader.task, scratch, rows) == markers
+        assert read_edges_into(image, reader.task, Gaze.at_all(reader.task), scratch, rows) == markers
         taken.append(runtime.rtsys.get_allocation_stats().alloc - before)
     assert taken[0] == taken[1] < 50
 

@@ -38,6 +38,11 @@ class TrackerConfig(Settings):
     turn_acceleration: Annotated[float, Field(gt=0, le=1000)] = 6.0
     """Spread of a neighbour's unknown turn acceleration (rad/s^2)."""
 
+    search: Annotated[float, Field(ge=0, le=60)] = 0.1
+    """A lens looks all over a picture at least so often (s) as pictures come, for neighbours that are new,
+    and also after one was lost; else only where those should be that it knows. 0: all over every picture.
+    Ours: at 10 Hz that is every picture, at 32 Hz every third."""
+
 
 RobotNumbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(max_length=10_000)]
 

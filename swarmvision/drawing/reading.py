@@ -17,6 +17,7 @@ from swarmvision.marker import Marker
 from swarmvision.perception.detect import candidates
 from swarmvision.perception.edges import Reading, readings
 from swarmvision.perception.fit import fitted, smear_of, tangents
+from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.heading import unroll
 from swarmvision.perception.model import FREE, GROUND, HEADING, Skin, model
 from swarmvision.perception.plan import COLUMNS, HEIGHTS, LINES, LOWERS, STRIPE, UPPERS, Plan, Scratch, Task
@@ -33,7 +34,7 @@ def draw_reading(image: NDArray[np.uint8], lens: Lens, marker: Marker) -> Figure
     """
     plan, skin, balance = Plan.of(marker), Skin.of(marker), Balance.of(image)
     task, scratch = Task.of(plan, lens), Scratch.of(lens.width_px, lens.height_px)
-    found = readings(image, task, scratch) if task is not None else []
+    found = readings(image, task, Gaze.at_all(task), scratch) if task is not None else []
     if not found:
         raise ValueError("no marker in the picture")
     figure = Figure(figsize=(13, 7.2), dpi=100, layout="constrained")

@@ -23,10 +23,12 @@ from swarmvision.perception.look import (
     ROW_SHARE,
     TOP_ONLY,
     Address,
+    Ints,
     Look,
     LookScratch,
     Proportions,
     ask_beside,
+    everywhere,
     first_look,
     look_down,
     pair_runs,
@@ -66,11 +68,12 @@ def candidates(
 ) -> list[Candidate]:
     """Return the marker candidates of a picture ``(h, w, 3)``, tallest first, by a look at the whole grid."""
     look = Look.of(image.shape[1], image.shape[0], hues, marker)
+    windows = everywhere(look)
     scratch = LookScratch.of(image.shape[1])
     if len(look.rows) == 0:
         return []
     found = []
-    for piece in scratch.pieces[: find(image, balance.address, look, scratch)]:
+    for piece in scratch.pieces[: find(image, balance.address, look, windows, scratch)]:
         own = slice(int(piece[P_FIRST]), int(piece[P_LAST]))
         if own.start >= own.stop:  # merged into another
             continue
@@ -89,13 +92,16 @@ def candidates(
 
 
 @compiled
-def find(image: NDArray[np.uint8], address: Address, look: Look, scratch: LookScratch) -> int:
-    """Write the candidates of a picture, tallest first, into ``scratch.pieces``; return how many."""
+def find(image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, scratch: LookScratch) -> int:
+    """Write the candidates of a picture, tallest first, into ``scratch.pieces``; return how many.
+
+    Windows are those of :func:`swarmvision.perception.look.first_look`.
+    """
     width = image.shape[1] // look.across
     for column in range(width):
         scratch.links[column, 0] = -1
         scratch.wanted[column, 0], scratch.wanted[column, 1] = 1 << 30, -1
-    count = first_look(image, address, look, width, scratch)
+    count = first_look(image, address, look, windows, scratch)
     if count == 0:
         return 0
     found = pair_runs(look, width, scratch)

@@ -47,6 +47,7 @@ from swarmvision.perception.cylinder import (
     stands_right,
 )
 from swarmvision.perception.detect import P_FIRST, P_KIND, P_LAST, P_LEFT, P_MIDDLE, P_RIGHT, find
+from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.heading import heading_of
 from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import median_in_place, median_of
@@ -105,16 +106,16 @@ class Reading:
     """Which ends stand at a nearer marker: 1 the left, 2 the right."""
 
 
-def read(image: NDArray[np.uint8], task: Task, scratch: Scratch) -> Estimates:
+def read(image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch) -> Estimates:
     """Return the neighbours in a picture ``(h, w, 3)``, nearest first, lens frame, shape ``(k,)``."""
     rows = np.empty((MOST, ROW))
-    return estimates(rows[: read_edges_into(image, task, scratch, rows)])
+    return estimates(rows[: read_edges_into(image, task, gaze, scratch, rows)])
 
 
-def readings(image: NDArray[np.uint8], task: Task, scratch: Scratch) -> list[Reading]:
+def readings(image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch) -> list[Reading]:
     """Return every marker in a picture, nearest first."""
     rows = np.empty((MOST, ROW))
-    found = rows[: read_edges_into(image, task, scratch, rows)]
+    found = rows[: read_edges_into(image, task, gaze, scratch, rows)]
     return [
         Reading(
             float(row[RANGE]),
@@ -158,24 +159,27 @@ def _covariances(rows: FloatArray) -> FloatArray:
 
 
 @compiled
-def read_edges_into(image: NDArray[np.uint8], task: Task, scratch: Scratch, out: FloatArray) -> int:
+def read_edges_into(
+    image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch, out: FloatArray
+) -> int:
     """Write every marker of a picture, nearest first; return how many there are.
 
     Args:
         image: sRGB, ``(h, w, 3)``, C-contiguous, of the size that task and scratch were made for.
         task: What is looked for, and by which lens.
+        gaze: Where it is looked for, and what is left out; ``Gaze.at_all(task)`` is everywhere and nothing.
         scratch: Room to work in, of this thread alone.
         out: Shape ``(MOST, ROW)``; a row is range (m), bearing, heading (rad), their standard deviations,
             visible fraction, drop, left and right side (px), which ends stand at a nearer marker.
     """
     sample_white(image, task.decode, scratch.white, scratch.samples, scratch.counts)
-    found = _read_under(scratch.white, image, task, scratch, out)
+    found = _read_under(scratch.white, image, task, gaze, scratch, out)
     red, green, blue = scratch.white
     brightest = max(red, green, blue)
     if min(red, green, blue) < TINTED * brightest:
         # Where nothing white is in sight, as over a wooden floor, the camera's own white may be right.
         scratch.white[:] = brightest
-        found += _read_under(scratch.white, image, task, scratch, out[found:])
+        found += _read_under(scratch.white, image, task, gaze, scratch, out[found:])
         scratch.white[0], scratch.white[1], scratch.white[2] = red, green, blue
         weigh_codes(task.decode, scratch.white, scratch.light, scratch.address)
     return _distinct(out, found, task.heights[RADIUS])
@@ -183,11 +187,11 @@ def read_edges_into(image: NDArray[np.uint8], task: Task, scratch: Scratch, out:
 
 @compiled
 def _read_under(
-    white: FloatArray, image: NDArray[np.uint8], task: Task, scratch: Scratch, out: FloatArray
+    white: FloatArray, image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch, out: FloatArray
 ) -> int:
     """Write the markers that are found under a white ``(3,)``; return how many."""
     weigh_codes(task.decode, white, scratch.light, scratch.address)
-    pieces = find(image, scratch.address, task.look, scratch.look)
+    pieces = find(image, scratch.address, task.look, gaze.windows, scratch.look)
     if pieces == 0:
         return 0
     # A stack, the tallest on top: what hides is measured before what it hides.
@@ -198,6 +202,8 @@ def _read_under(
     found = 0
     while left > 0 and found < len(out):
         left -= 1
+        if waiting[left, P_KIND] == BOTH and waiting[left, P_MIDDLE] < gaze.least:
+            continue
         split = measure(image, task, scratch, waiting[left], out, found)
         if split < 0.0:
             found += 1

@@ -24,6 +24,7 @@ from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray, wrap
 from swarmvision.perception.edges import Reading, readings
 from swarmvision.perception.gaussnewton import advance, products, weigh
+from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.model import (
     BEARING,
     BLUR,
@@ -87,9 +88,11 @@ class Fit:
     """The same of the pixels that surely show the marker, whatever stands behind it."""
 
 
-def read(image: NDArray[np.uint8], lens: Lens, task: Task, skin: Skin, scratch: Scratch) -> Estimates:
+def read(
+    image: NDArray[np.uint8], lens: Lens, task: Task, gaze: Gaze, skin: Skin, scratch: Scratch
+) -> Estimates:
     """Return the neighbours in a picture ``(h, w, 3)``, nearest first, lens frame, shape ``(k,)``."""
-    started = readings(image, task, scratch)
+    started = readings(image, task, gaze, scratch)
     balance = scratch.balance()
     smear = smear_of(image, balance.light, lens, skin, started)
     found = [

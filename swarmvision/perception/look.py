@@ -206,24 +206,49 @@ def class_at(image: NDArray[np.uint8], address: Address, classes: NDArray[np.uin
     return kind
 
 
+def everywhere(look: Look) -> Ints:
+    """Return the window that is a whole picture, ``(1, 4)``, see :func:`first_look`."""
+    return np.array([[0, len(look.columns), 0, len(look.rows)]], dtype=np.int32)
+
+
 @compiled
 def first_look(
-    image: NDArray[np.uint8], address: Address, look: Look, width: int, scratch: LookScratch
+    image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, scratch: LookScratch
 ) -> int:
     """Write the runs of the two colours in every other column of the grid; return how many.
 
-    The picture is read row by row, as it lies in memory.
+    The picture is read row by row, as it lies in memory. A window is its first and last + 1 column of the
+    grid and place in the rows that are looked at; none shares a column with another, and each begins at a
+    fourth one.
     """
+    count = 0
+    for window in windows:
+        count = look_through(image, address, look, window[0], window[1], window[2], window[3], count, scratch)
+    return count
+
+
+@compiled
+def look_through(
+    image: NDArray[np.uint8],
+    address: Address,
+    look: Look,
+    left: int,
+    right: int,
+    begin: int,
+    end: int,
+    count: int,
+    scratch: LookScratch,
+) -> int:
+    """Write the runs in a window behind those that there are; return how many there are then."""
     held, first, last = scratch.state[0], scratch.state[1], scratch.state[2]
     red, green, blue, classes = address[0], address[1], address[2], look.classes
-    top, bottom, rows, end = look.top, look.bottom, look.rows, len(look.rows)
-    for column in range(width):
+    top, bottom, rows = look.top, look.bottom, look.rows
+    for column in range(left, right):
         held[column] = 0
-    count = 0
-    for i in range(end):
+    for i in range(begin, end):
         line = image[rows[i]]
         stride = 2 if look.near[0] <= i < look.near[1] else 4
-        for column in range(0, width, stride):
+        for column in range(left, right, stride):
             u = look.columns[column]
             kind = classes[red[line[u, 0]] + green[line[u, 1]] + blue[line[u, 2]]]
             if kind != top and kind != bottom:  # noqa: PLR1714  # not by a tuple: this line is the whole look
@@ -238,7 +263,7 @@ def first_look(
                     image, address, look, column, held[column], first[column], last[column], count, scratch
                 )
             held[column], first[column], last[column] = kind, i, i
-    for column in range(0, width, 2):
+    for column in range(left, right, 2):
         if held[column] != 0:
             count = end_run(
                 image, address, look, column, held[column], first[column], last[column], count, scratch

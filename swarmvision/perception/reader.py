@@ -13,6 +13,7 @@ from swarmvision.errors import ConfigError, PictureError, unknown_name
 from swarmvision.marker import Marker
 from swarmvision.perception.edges import read as read_edges
 from swarmvision.perception.fit import read as read_fit
+from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.model import Skin
 from swarmvision.perception.moments import read as read_moments
 from swarmvision.perception.plan import Plan, Scratch, Task
@@ -48,15 +49,18 @@ class Reader:
         self._method = method
         self.task: Task | None = Task.of(Plan.of(marker), lens)
         """What kernels are given; None where there is nothing to look for."""
+        self._all = Gaze.at_all(self.task) if self.task is not None else None
         self._skin = Skin.of(marker)
         self._rooms = threading.local()
         self._straightening = Straightening(lens) if lens.is_distorted else None
 
-    def read(self, image: NDArray[np.uint8]) -> Estimates:
+    def read(self, image: NDArray[np.uint8], gaze: Gaze | None = None) -> Estimates:
         """Return the neighbours in a picture, nearest first, lens frame, shape ``(k,)``.
 
         Args:
             image: sRGB, shape ``(h, w, 3)`` as the lens has it, uint8.
+            gaze: Where to look in the picture without its bends; everywhere where not given, and by
+                ``moments``.
 
         Raises:
             PictureError: If the picture is not of that shape or type.
@@ -75,11 +79,11 @@ class Reader:
             image = self._straightening.straight(image)
         if self._method == "moments":
             return read_moments(image, self.lens, self.marker)
-        if self.task is None:
+        if self.task is None or self._all is None:
             return Estimates.empty(frame="lens")
         if self._method == "fit":
-            return read_fit(image, self.lens, self.task, self._skin, self._scratch())
-        return read_edges(image, self.task, self._scratch())
+            return read_fit(image, self.lens, self.task, gaze or self._all, self._skin, self._scratch())
+        return read_edges(image, self.task, gaze or self._all, self._scratch())
 
     def _scratch(self) -> Scratch:
         """Return this thread's room to work in."""

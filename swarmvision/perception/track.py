@@ -55,6 +55,8 @@ class Tracks(NamedTuple):
     """Measurements so far, shape ``(r, t)``."""
     looks: IntArray
     """Looks since birth, that of birth counted, shape ``(r, t)``."""
+    missed: IntArray
+    """Looks since the last measurement, shape ``(r, t)``."""
     told: BoolArray
     """Whether a heading was ever told, shape ``(r, t)``."""
     sure: BoolArray
@@ -74,6 +76,7 @@ class Tracks(NamedTuple):
             number=np.empty(shape, np.int64),
             hits=np.empty(shape, np.int64),
             looks=np.empty(shape, np.int64),
+            missed=np.empty(shape, np.int64),
             told=np.empty(shape, np.bool_),
             sure=np.empty(shape, np.bool_),
         )
@@ -217,6 +220,7 @@ def take_in(tracks: Tracks, r: int, rows: FloatArray, spreads: FloatArray, law: 
             free[partner[k]] = False
     for i in range(count):
         tracks.looks[r, i] += 1
+        tracks.missed[r, i] += 1
     for k in range(len(order)):
         row, spread, i = rows[order[k]], spreads[order[k]], partner[k]
         told = 2 if math.isnan(row[2]) else 3
@@ -230,7 +234,7 @@ def take_in(tracks: Tracks, r: int, rows: FloatArray, spreads: FloatArray, law: 
                 _begin(tracks, r, row, spread, told)
             continue
         improve(tracks.state[r, i], tracks.covariance[r, i], row, spread, told)
-        tracks.age[r, i], tracks.visible[r, i] = 0.0, row[3]
+        tracks.age[r, i], tracks.visible[r, i], tracks.missed[r, i] = 0.0, row[3], 0
         tracks.hits[r, i] += 1
         tracks.told[r, i] |= told == 3
     for i in range(tracks.used[r]):
@@ -253,6 +257,7 @@ def forget(tracks: Tracks, r: int, law: Law) -> None:
             tracks.age[r, kept], tracks.visible[r, kept] = tracks.age[r, i], tracks.visible[r, i]
             tracks.number[r, kept] = tracks.number[r, i]
             tracks.hits[r, kept], tracks.looks[r, kept] = tracks.hits[r, i], tracks.looks[r, i]
+            tracks.missed[r, kept] = tracks.missed[r, i]
             tracks.told[r, kept], tracks.sure[r, kept] = tracks.told[r, i], tracks.sure[r, i]
         kept += 1
     tracks.used[r] = kept
@@ -370,3 +375,4 @@ def _start(tracks: Tracks, r: int, i: int, row: FloatArray, spread: FloatArray, 
     covariance[3, 3] = covariance[4, 4] = FIRST_SPEED_STD**2
     covariance[5, 5] = FIRST_TURN_STD**2
     tracks.age[r, i], tracks.visible[r, i], tracks.told[r, i] = 0.0, row[3], told == 3
+    tracks.missed[r, i] = 0

@@ -45,6 +45,8 @@ class Looks(NamedTuple):
     """What the robot takes for the turn rate of each lens: by its encoders and servo (rad/s), ``(n, c)``."""
     mount: FloatArray
     """Of each lens on the robot at the exposure: x, y, yaw, shape ``(n, c, 3)``."""
+    search: BoolArray
+    """Whether the picture is to be looked at everywhere, for neighbours that are new, ``(n, c)``."""
     motion: FloatArray
     """Mean speed (m/s), turn rate (rad/s) by the encoders, time (s) since the exposure before, ``(n, 3)``."""
 
@@ -76,6 +78,7 @@ class Exposures:
         self.scenes: dict[int, Scene] = {}
         """By the number of the exposure; those that somebody still needs."""
         self._rate, self._latency = config.rate_hz, config.latency
+        self._every = max(int(config.rate_hz * config.tracker.search + CLOCK_SLACK), 1)
         self._rig, self._drive, self._imperfections = rig, drive, imperfections
         self._newest: Scene | None = None
         self._next = 0
@@ -162,6 +165,8 @@ class Exposures:
             key=numbered(self._keys[robot[:, None], lens], shown),
             lost=lost,
             turning=np.repeat((motion[:, 1] + pan)[:, None], c, axis=1),
+            # Not all at once, so that no step has the work of many.
+            search=(number[:, None] + robot[:, None] + lens) % self._every == 0,
             mount=np.array([mounts[i] for i in number.tolist()]).reshape(n, c, 3),
             motion=motion,
         )

@@ -19,6 +19,8 @@ from swarmvision.marker import Marker
 from swarmvision.perception.cylinder import BEARING, HEADING, RANGE, RANGE_STD, VISIBLE
 from swarmvision.perception.edges import MOST, ROW, read_edges_into
 from swarmvision.perception.fuse import fuse
+from swarmvision.perception.gaze import Aim, gaze, windows_room
+from swarmvision.perception.look import Ints
 from swarmvision.perception.plan import Scratch, Task
 from swarmvision.perception.track import Beliefs, Law, Tracks, believe, forget, predict, take_in
 from swarmvision.rendering.effects import Image
@@ -82,6 +84,8 @@ class Desk(NamedTuple):
     brushes: Brushes
     dirt: Dirt
     reading: Scratch
+    windows: Ints
+    """Where tracks should be in one picture, ``(MOST_TRACKS, 4)``."""
     markers: FloatArray
     """What one picture tells, ``(MOST, ROW)``."""
     near: FloatArray
@@ -103,6 +107,7 @@ class Desk(NamedTuple):
             brushes=raycaster.scratch(robots),
             dirt=Dirt.of(eye.width_px, faults),
             reading=Scratch.of(eye.width_px, eye.height_px),
+            windows=windows_room(),
             markers=np.empty((MOST, ROW)),
             near=np.empty((robots, 3)),
             polar=np.empty((most, 4)),
@@ -120,6 +125,7 @@ def watch(
     stage: Stage,
     faults: Faults,
     task: Task,
+    aim: Aim,
     desk: Desk,
     tracks: Tracks,
     habits: Habits,
@@ -134,6 +140,7 @@ def watch(
         stage: Of the ray caster.
         faults: Of the cameras.
         task: Of the reader.
+        aim: Of all lenses.
         desk: Of this thread alone.
         tracks: Of all robots.
         habits: Of all robots.
@@ -151,7 +158,10 @@ def watch(
             near = gather_near(scenes.robots[slot], robot, pose, habits.sight, desk.near)
             draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
             spoil_picture(desk.lines, looks.key[look, lens], drift[0], drift[1], faults, desk.dirt)
-            count = read_edges_into(desk.picture, task, desk.reading, desk.markers)
+            where = gaze(
+                tracks, robot, looks.mount[look, lens], task, aim, looks.search[look, lens], desk.windows
+            )
+            count = read_edges_into(desk.picture, task, where, desk.reading, desk.markers)
             told = _note(
                 desk.markers, count, lens, told, desk.polar, desk.covariance, desk.lens
             )  # fmt: skip

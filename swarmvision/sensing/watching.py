@@ -17,6 +17,7 @@ from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
 from swarmvision.perception.fuse import lens_rows
+from swarmvision.perception.gaze import Aim, Gaze, gaze, windows_room
 from swarmvision.perception.plan import Task
 from swarmvision.perception.track import Law, Tracks
 from swarmvision.rendering.imperfections import Imperfections
@@ -90,6 +91,11 @@ def watcher(
     return ByHand(config, raycaster, imperfections, reader, habits, robots, keep_pictures)
 
 
+def _farthest(config: CameraSensorConfig) -> float:
+    """Return how far from a lens a neighbour may be that the robot wants to know of (m)."""
+    return config.reach + config.rig.forward
+
+
 class ByKernel:
     """Everything in one kernel: the ray caster, faults and reader that have one."""
 
@@ -110,6 +116,7 @@ class ByKernel:
         self._raycaster, self._imperfections, self._task, self._lens = raycaster, imperfections, task, lens
         self._robots, self._objects, self._lenses = robots, objects, len(config.rig.yaws_deg)
         self._habits = habits
+        self._aim = Aim.of(task, _farthest(config))
         self._memory = threading.local()
 
     def prepare(self, looks: Looks, scenes: dict[int, Scene]) -> None:
@@ -140,6 +147,7 @@ class ByKernel:
             self._raycaster.stage,
             self._imperfections.faults,
             self._task,
+            self._aim,
             self._memory.desk,
             tracks,
             self._habits,
@@ -164,6 +172,7 @@ class ByHand:
         self._keep = keep_pictures
         self._renderer, self._imperfections, self._reader = renderer, imperfections, reader
         self._habits = habits
+        self._aim = Aim.of(reader.task, _farthest(config)) if reader.task is not None else None
         self._memory = threading.local()
 
     def prepare(self, looks: Looks, scenes: dict[int, Scene]) -> None:
@@ -185,7 +194,7 @@ class ByHand:
             lose_sight(tracks, robot, self._habits.law)
             return
         self.pictures[robot] = []
-        readings = [self._read(robot, look, int(lens)) for lens in lenses]
+        readings = [self._read(robot, look, int(lens), tracks) for lens in lenses]
         counts = [len(reading.seen) for reading in readings]
         polar, covariance = np.empty((sum(counts), 4)), np.empty((sum(counts), 3, 3))
         for reading, count, end in zip(readings, counts, np.cumsum(counts), strict=True):
@@ -202,7 +211,7 @@ class ByHand:
             self._habits,
         )
 
-    def _read(self, robot: int, look: int, lens: int) -> Estimates:
+    def _read(self, robot: int, look: int, lens: int, tracks: Tracks) -> Estimates:
         """Return what one lens reads."""
         looks, pose = self._looks, self._looks.pose[look, lens]
         scene = self._scenes[int(looks.scene[look, lens])]
@@ -211,10 +220,18 @@ class ByHand:
         seen = Scene.at_rest(near[:count], scene.object_pose)  # a picture is of an instant
         image = self._renderer.render(seen, pose, None, None if self._keep else self._buffer())
         self._imperfections.spoil(image, int(looks.key[look, lens]), float(looks.turn_rate[look, lens]))
-        reading = self._reader.read(image)
+        reading = self._reader.read(image, self._gaze(robot, look, lens, tracks))
         if self._keep:
             self.pictures[robot].append(Picture(robot, lens, pose, image, reading))
         return reading
+
+    def _gaze(self, robot: int, look: int, lens: int, tracks: Tracks) -> Gaze | None:
+        task, mount = self._reader.task, self._looks.mount[look, lens]
+        if task is None or self._aim is None:
+            return None
+        return gaze(
+            tracks, robot, mount, task, self._aim, bool(self._looks.search[look, lens]), windows_room()
+        )
 
     def _buffer(self) -> Image:
         if not hasattr(self._memory, "image"):
