@@ -144,9 +144,8 @@ class _Painter:
         image[STRIP:, :TOP] = self._view.draw(frame.scene, self._trail)
         if self._rig is not None:
             if frame.pictures or self._sheet is None:
-                self._sheet = mosaic(
-                    frame.pictures, frame.scene.robots, self._rig, self._marker, SHEET, HEIGHT - STRIP
-                )
+                eyes = self._scenario.with_common_sensor
+                self._sheet = mosaic(frame.pictures, eyes, self._rig, self._marker, SHEET, HEIGHT - STRIP)
             image[STRIP:, TOP:] = self._sheet
         caption = f"{self._scenario.name}   t = {frame.time:5.1f} s"
         if self._scenario.measure == "flocking":

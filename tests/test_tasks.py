@@ -46,6 +46,12 @@ def test_true_eyes_tell_teams_apart() -> None:
     np.testing.assert_array_equal(kind, seen.track[seen.seen] >= 2)
 
 
+def test_a_team_with_a_sensor_of_its_own_does_not_share_the_common_one() -> None:
+    own = {**SHEEP, "sensor": {"kind": "truth"}}
+    assert scenario(robots=6, teams=[SHEEP]).with_common_sensor == (0, 1, 2, 3, 4, 5)
+    assert scenario(robots=6, teams=[own]).with_common_sensor == (0, 1)
+
+
 def test_a_dog_drives_a_close_flock_from_behind_and_fetches_a_stray() -> None:
     config = DogConfig(sheep_range=0.2)
     goal, known = np.array(10.0 + 0.0j), np.array(True)

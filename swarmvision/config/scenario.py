@@ -138,6 +138,17 @@ class ScenarioConfig(Settings):
         others = tuple(team.count for team in self.teams)
         return (self.robots - sum(others), *others)
 
+    @property
+    def with_common_sensor(self) -> tuple[int, ...]:
+        """Numbers of the robots that see by the scenario's own sensor, not by one of their team's."""
+        sensors = (None, *(team.sensor for team in self.teams))
+        own = [
+            sensor is not None
+            for sensor, size in zip(sensors, self.team_sizes, strict=True)
+            for _ in range(size)
+        ]
+        return tuple(robot for robot, has_own in enumerate(own) if not has_own)
+
     @model_validator(mode="after")
     def _teams_fit(self) -> ScenarioConfig:
         if self.team_sizes[0] < 0:

@@ -17,39 +17,55 @@ from swarmvision.marker import Marker
 
 Image = NDArray[np.uint8]
 PAPER = (252, 252, 250)
+FAINT = (150, 150, 150)
 TAG = 30  # px: the coloured name at the left of a row
 GAP = 2  # px
 
 
 def mosaic(
-    pictures: Sequence[Picture], robots: int, rig: Rig, marker: Marker, width_px: int, height_px: int
+    pictures: Sequence[Picture],
+    robots: Sequence[int],
+    rig: Rig,
+    marker: Marker,
+    width_px: int,
+    height_px: int,
 ) -> Image:
-    """Return the sheet, shape ``(height_px, width_px, 3)``.
+    """Return the sheet, shape ``(height_px, width_px, 3)``, of the robots that have cameras, in their order.
 
-    Pictures are scaled to fit a row and cropped to the rows round the horizon, where markers are.
+    Pictures are scaled to fit a row and cropped to the rows round the horizon, where markers are. A robot
+    whose pictures were lost has a row that says so.
     """
     sheet = np.full((height_px, width_px, 3), PAPER, dtype=np.uint8)
-    if robots == 0:
+    if not robots:
         return sheet
     order = np.argsort(-wrap(np.array(rig.yaws)), kind="stable")  # left first
     lenses = len(order)
-    columns = _columns(robots, lenses, rig, width_px, height_px)
-    rows = -(-robots // columns)
+    columns = _columns(len(robots), lenses, rig, width_px, height_px)
+    rows = -(-len(robots) // columns)
     cell_height, cell_width = height_px // rows, width_px // columns
     for picture in pictures:
-        row, column = divmod(picture.robot, columns)
-        place = int(np.flatnonzero(order == picture.lens)[0])
+        row, column = divmod(robots.index(picture.robot), columns)
+        lens = int(np.flatnonzero(order == picture.lens)[0])
         tile_width = (cell_width - TAG) // lenses - GAP
         tile = _tile(picture, rig, marker, tile_width, cell_height - GAP)
-        y, x = row * cell_height, column * cell_width + TAG + place * (tile_width + GAP)
+        y, x = row * cell_height, column * cell_width + TAG + lens * (tile_width + GAP)
         sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
-    for robot in range(robots):
-        row, column = divmod(robot, columns)
+    blind = set(robots).difference(picture.robot for picture in pictures)
+    for place, robot in enumerate(robots):
+        row, column = divmod(place, columns)
         y, x = row * cell_height, column * cell_width
         sheet[y : y + cell_height - GAP, x : x + TAG - GAP] = robot_colour(robot)
         corner = (x + 5, y + cell_height // 2)
-        cv2.putText(sheet, str(robot), corner, cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA)
+        _write(sheet, str(robot), corner, (255, 255, 255), 2)
+        if robot in blind:
+            _write(sheet, "no picture", (x + TAG + 8, corner[1]), FAINT, 1)
     return sheet
+
+
+def _write(
+    sheet: Image, text: str, corner: tuple[int, int], colour: tuple[int, int, int], width: int
+) -> None:
+    cv2.putText(sheet, text, corner, cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, width, cv2.LINE_AA)
 
 
 def _columns(robots: int, lenses: int, rig: Rig, width_px: int, height_px: int) -> int:
