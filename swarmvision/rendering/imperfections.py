@@ -29,10 +29,11 @@ from scipy.special import ive
 from swarmvision.camera import Lens
 from swarmvision.colour import decode
 from swarmvision.config.imperfections import ImperfectionsConfig
+from swarmvision.data import BoolArray
 from swarmvision.geometry import FloatArray
-from swarmvision.rendering import effects
-from swarmvision.rendering.effects import FINE, GAIN_ONE, LEHMER, LEHMER_PRIME, ONE, STARTS, Image
-from swarmvision.rendering.spoiling import Dirt, Faults, spoil_picture
+from swarmvision.rendering.blur import BLOCK, FINE, ONE, Image
+from swarmvision.rendering.effects import GAIN_ONE, LEHMER, LEHMER_PRIME, OFFSET, STARTS, STRIDE
+from swarmvision.rendering.spoiling import Dirt, Faults, aligned, spoil_picture
 
 STREAM_SEED = 20  # the stream is the same in every run; what varies is where windows begin
 STREAM_STD = 8192  # 4 standard deviations are the largest 16-bit number
@@ -40,6 +41,7 @@ NOISIEST = 40.0  # grey levels; the law of the noise is cut there
 BENDS = (10.0, 26.0, 80.0)  # codes at which the spread of the noise changes its slope; 10 is the curve's toe
 GAMMA = 2.4  # of the power law inside the sRGB curve
 FAINT = 1e-3  # weight that the tail of a kernel may lose
+LIGHT_STEP = 0.25  # codes by which the light changes before rows are given another gain
 NEARLY_ONE = (0.65, 1.5)  # gains for which the toe of the sRGB curve needs no care
 
 
@@ -59,6 +61,7 @@ class Imperfections:
         law, step = _noise_law(config)
         self.faults = Faults(
             idle=not len(light.rows) and not len(law) and config.bits == 8 and len(psf) == 1,
+            height_px=lens.height_px,
             psf=psf,
             down=_weights(psf),
             rows=light.rows,
@@ -67,10 +70,8 @@ class Imperfections:
             most=light.most,
             law=law,
             step=step,
-            stream=_stream(3 * lens.width_px) if config.white_electrons > 0.0 else np.empty(0, np.int16),
+            stream=_stream(3 * lens.width_px),
             bits=config.bits,
-            decode=effects.DECODE,
-            encode=effects.ENCODE,
         )
         """What :func:`swarmvision.rendering.spoiling.spoil_picture` needs to know."""
         self._memory = threading.local()
@@ -160,10 +161,10 @@ def discrete_gaussian(std: float) -> FloatArray:
 
 
 def _weights(psf: FloatArray) -> NDArray[np.uint16]:
-    """Return whole weights that sum to ``ONE``, or one less."""
+    """Return whole weights that sum to ``ONE``, or one less, each as wide as a block."""
     weights = np.rint(psf * ONE).astype(np.int64)
     weights[len(psf) // 2] += ONE - weights.sum()
-    return np.minimum(weights, ONE - 1).astype(np.uint16)
+    return np.repeat(np.minimum(weights, ONE - 1).astype(np.uint16)[:, None], BLOCK, axis=1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -185,7 +186,7 @@ class _Light:
         gains = config.gain * np.array(config.white_balance)
         if config.vignetting == 0.0 and (gains == 1.0).all():
             none = np.empty(0, np.uint16)
-            return cls(np.empty((0, 3), np.int16), np.empty((2, 0), np.int16), none, none)
+            return cls(np.empty((0, 4), np.int16), np.empty((2, 0), np.int16), none, none)
 
         def fall_off(rows: FloatArray, columns: FloatArray) -> FloatArray:
             x, y = columns - lens.centre_px[0], (rows - lens.centre_px[1])[:, None]
@@ -202,6 +203,8 @@ class _Light:
         of_rows = fall_off(rows, coarse_columns) ** (1.0 / GAMMA) @ right[:2].T  # (h, 2)
         of_columns = left[:, :2].T @ fall_off(coarse_rows, columns) ** (1.0 / GAMMA)  # (2, w)
         of_bytes = np.einsum("kx,k,c->kxc", of_columns, 1.0 / size[:2], gains ** (1.0 / GAMMA))
+        anew = _where_new(of_rows @ (of_columns / size[:2, None]))
+        of_rows = of_rows[_middles(anew)]
         most = np.maximum(np.abs(of_rows).max(axis=0), 1e-9)
         scaled = of_bytes.reshape(2, -1) * most[:, None] * GAIN_ONE * 65536.0 / 32767.0
         least = min(float(fall_off(rows[[0, -1]], columns[[0, -1]]).min()), 1.0)
@@ -211,11 +214,25 @@ class _Light:
             return np.tile(np.rint(4096.0 * gain), lens.width_px if toe else 0).astype(np.uint16)
 
         return cls(
-            np.rint(np.column_stack([of_rows / most * 32767.0, np.ones(len(rows))])).astype(np.int16),
+            np.rint(np.column_stack([of_rows / most * 32767.0, np.ones(len(rows)), anew])).astype(np.int16),
             np.clip(np.rint(scaled), -32767, 32767).astype(np.int16),
             per_byte(np.minimum(gains * least, 1.0)),
             per_byte(np.maximum(gains, 1.0)),
         )
+
+
+def _where_new(gain: FloatArray) -> BoolArray:
+    """Return which rows of a map of gains on codes have moved ``LIGHT_STEP`` on from the ones above."""
+    change = (255.0 + OFFSET / FINE) * np.abs(np.diff(gain, axis=0)).max(axis=1)
+    step = np.floor(np.append(0.0, np.cumsum(change)) / LIGHT_STEP)
+    return np.append(True, np.diff(step) > 0.0)
+
+
+def _middles(anew: BoolArray) -> NDArray[np.int64]:
+    """Return for each row the middle one of those that share its gain."""
+    first = np.flatnonzero(anew)
+    middle = (first + np.append(first[1:], len(anew)) - 1) // 2
+    return np.asarray(middle[np.cumsum(anew) - 1], dtype=np.int64)
 
 
 def _noise_law(config: ImperfectionsConfig) -> tuple[NDArray[np.int16], int]:
@@ -238,8 +255,10 @@ def _noise_law(config: ImperfectionsConfig) -> tuple[NDArray[np.int16], int]:
 @lru_cache(maxsize=8)
 def _stream(row: int) -> NDArray[np.int16]:
     """Return Gaussian numbers, long enough for every window of a row's length."""
-    numbers = np.random.default_rng(STREAM_SEED).normal(0.0, STREAM_STD, STARTS + row)
-    return np.clip(np.rint(numbers), -32767, 32767).astype(np.int16)
+    numbers = np.random.default_rng(STREAM_SEED).normal(0.0, STREAM_STD, STARTS * STRIDE + row)
+    stream = aligned((len(numbers),), np.int16)
+    stream[:] = np.clip(np.rint(numbers), -32767, 32767)
+    return stream
 
 
 def _mosaic(image: Image) -> Image:

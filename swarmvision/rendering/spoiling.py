@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
-from swarmvision.rendering.effects import LEHMER_PRIME, Image, Levels, Places, Words
+from swarmvision.rendering.blur import BLOCK, PHASES, WORD, Image, Levels, Longs, Places, Words
+from swarmvision.rendering.effects import LEHMER_PRIME
+
+LINE = 64  # bytes of a line of the cache; loads across two cost twice
+Number = TypeVar("Number", np.uint8, np.uint16, np.int16)
 
 
 class Faults(NamedTuple):
@@ -18,6 +22,7 @@ class Faults(NamedTuple):
 
     idle: bool
     """Whether a lens that does not turn takes perfect pictures."""
+    height_px: int
     psf: FloatArray
     down: Levels
     rows: Words
@@ -28,56 +33,66 @@ class Faults(NamedTuple):
     step: int
     stream: Words
     bits: int
-    decode: Levels
-    encode: Words
 
 
 class Dirt(NamedTuple):
     """Memory of one thread, see the scratch of :func:`swarmvision.rendering.effects.spoil`."""
 
-    kept: Image
-    kept_words: NDArray[np.uint64]
-    linear: Levels
-    blocks: Image
-    active_words: NDArray[np.uint64]
     mask: Image
-    mask_words: NDArray[np.uint64]
+    mask_words: Longs
+    told: Image
+    told_words: Longs
+    changes: Longs
+    origin: Places
+    window: Longs
+    marks: Longs
+    light: Levels
     level: Levels
     total: Levels
     words: Words
     gain: Levels
     box: FloatArray
-    taps: Levels
+    taps: Places
+    weights: Levels
     places: Places
-    hot: Image
-    runs: Places
+    lists: Places
 
     @classmethod
     def of(cls, width_px: int, faults: Faults) -> Dirt:
         """Return memory for pictures of a width."""
-        kernel, word = len(faults.psf), effects.BLOCK * effects.WORD
-        n = -(-3 * width_px // word) * word
-        size, reach = n // effects.BLOCK, width_px + 2 * kernel + 16
-        kept = np.zeros((kernel + 1, n), np.uint8)
-        mask, blocks = np.zeros(n, np.uint8), np.zeros((3, kernel + 1, size), np.uint8)
+        kernel, m = len(faults.psf), -(-3 * width_px // LINE) * LINE
+        longs, blocks, reach = -(-m // (64 * WORD)), m // BLOCK, width_px + 2 * kernel + 16
+        mask, told = aligned((2, 64 * WORD * longs), np.uint8), aligned((2, 64 * longs), np.uint8)
+        lists = np.zeros((3, blocks), np.int64)
+        lists[2] = np.arange(blocks)
         return cls(
-            kept=kept,
-            kept_words=kept.view(np.uint64),
-            linear=np.zeros((kernel + 1, n), np.uint16),
-            blocks=blocks,
-            active_words=blocks[2, 0].view(np.uint64),
             mask=mask,
             mask_words=mask.view(np.uint64),
-            level=np.zeros(3 * n + 2 * effects.MARGIN, np.uint16),
-            total=np.zeros(n, np.uint16),
-            words=np.zeros((3, n), np.int16),
-            gain=np.zeros(n, np.uint16),
+            told=told,
+            told_words=told.view(np.uint64),
+            changes=np.zeros((faults.height_px, 2, longs), np.uint64),
+            origin=np.zeros(faults.height_px, np.int64),
+            window=np.zeros((2, 3 * longs), np.uint64),
+            marks=np.zeros((3, longs), np.uint64),
+            light=aligned((kernel + 1, m), np.uint16),
+            level=aligned((3 * m + 2 * BLOCK,), np.uint16),
+            total=aligned((m,), np.uint16),
+            words=aligned((3, m), np.int16),
+            gain=aligned((m,), np.uint16),
             box=np.zeros(reach),
-            taps=np.zeros((effects.PHASES, reach), np.uint16),
-            places=np.zeros((6, max(effects.PHASES, kernel + 1)), np.int64),
-            hot=np.zeros(3 * size, np.uint8),
-            runs=np.zeros((3, size, 2), np.int64),
+            taps=np.zeros(reach, np.int64),
+            weights=aligned((PHASES, reach, BLOCK), np.uint16),
+            places=np.zeros((4, max(PHASES, kernel + 1)), np.int64),
+            lists=lists,
         )
+
+
+def aligned(shape: tuple[int, ...], kind: type[Number]) -> NDArray[Number]:
+    """Return zeros that begin where a line of the cache does."""
+    size = int(np.prod(shape)) * np.dtype(kind).itemsize
+    memory = np.zeros(size + LINE, np.uint8)
+    begin = -memory.ctypes.data % LINE
+    return memory[begin : begin + size].view(kind).reshape(shape)
 
 
 @compiled
@@ -109,22 +124,22 @@ def spoil_picture(image: Image, key: int, shear: float, length: float, faults: F
         faults.stream,
         1 + key % (LEHMER_PRIME - 1),
         faults.bits,
-        faults.decode,
-        faults.encode,
-        dirt.kept,
-        dirt.kept_words,
-        dirt.linear,
-        dirt.blocks,
-        dirt.active_words,
         dirt.mask,
         dirt.mask_words,
+        dirt.told,
+        dirt.told_words,
+        dirt.changes,
+        dirt.origin,
+        dirt.window,
+        dirt.marks,
+        dirt.light,
         dirt.level,
         dirt.total,
         dirt.words,
         dirt.gain,
         dirt.box,
         dirt.taps,
+        dirt.weights,
         dirt.places,
-        dirt.hot,
-        dirt.runs,
+        dirt.lists,
     )

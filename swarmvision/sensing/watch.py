@@ -23,7 +23,7 @@ from swarmvision.perception.gaze import Aim, gaze, windows_room
 from swarmvision.perception.look import Ints
 from swarmvision.perception.plan import Scratch, Task
 from swarmvision.perception.track import Beliefs, Law, Tracks, believe, forget, predict, take_in
-from swarmvision.rendering.effects import Image
+from swarmvision.rendering.blur import Image
 from swarmvision.rendering.raycast import Raycaster, draw
 from swarmvision.rendering.spoiling import Dirt, Faults, spoil_picture
 from swarmvision.rendering.stage import Scratch as Brushes
