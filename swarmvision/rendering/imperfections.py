@@ -16,7 +16,6 @@ thread. Where we are plainer than a camera:
 
 from __future__ import annotations
 
-import math
 import threading
 from dataclasses import dataclass
 from functools import lru_cache
@@ -91,7 +90,7 @@ class Imperfections:
         """
         if image.size == 0:
             return
-        shear, length = self.drift(turn_rate)
+        shear, length = self.drift(turn_rate).tolist()
         if not hasattr(self._memory, "dirt"):
             self._memory.dirt = Dirt.of(self._lens.width_px, self.faults)
         lines = image.reshape(image.shape[0], -1)
@@ -101,26 +100,27 @@ class Imperfections:
         if self._config.jpeg_quality > 0:
             image[:] = _through_jpeg(image, self._config.jpeg_quality)
 
-    def drift(self, turn_rate: float) -> tuple[float, float]:
-        """Return what a turn (rad/s) does: shift of a row over the one above and length of the blur (px).
+    def drift(self, turn_rate: ArrayLike) -> FloatArray:
+        """Return what turns (rad/s) do: shift of a row over the next, length of the blur (px), ``(..., 2)``.
 
         Both are kept so small that no pixel comes from more than a picture's width away.
         """
         width, height = self._lens.width_px, self._lens.height_px
         room = max(width / 2.0 - len(self.faults.psf) - 2.0, 0.0)
-        speed = self._lens.focal_px * turn_rate
+        speed = self._lens.focal_px * np.asarray(turn_rate, dtype=np.float64)
         shear = speed * self._config.readout_time / height
-        shift = min(abs(shear) * height / 2.0, room)
-        return math.copysign(2.0 * shift / height, shear), min(abs(speed) * self._config.exposure_time, room)
+        shift = np.minimum(np.abs(shear) * height / 2.0, room)
+        length = np.minimum(np.abs(speed) * self._config.exposure_time, room)
+        return np.stack([np.copysign(2.0 * shift / height, shear), length], axis=-1)
 
-    def is_lost(self, key: int) -> bool:
-        """Return whether a picture never arrives."""
-        return (key >> 31) % LEHMER_PRIME < self._config.dropped * LEHMER_PRIME
+    def is_lost(self, key: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return whether pictures never arrive, ``(...)``."""
+        return np.asarray((key >> 31) % LEHMER_PRIME < self._config.dropped * LEHMER_PRIME)
 
-    def delay(self, key: int) -> float:
-        """Return by how much an exposure arrives later than it should (s)."""
+    def delay(self, key: NDArray[np.int64]) -> FloatArray:
+        """Return by how much exposures arrive later than they should (s), ``(...)``."""
         late = (key >> 31) * LEHMER % LEHMER_PRIME < self._config.late * LEHMER_PRIME
-        return self._config.lateness if late else 0.0
+        return np.where(late, self._config.lateness, 0.0)
 
     def noise_std(self, code: ArrayLike) -> FloatArray:
         """Return the standard deviation (grey levels) that the sensor's noise has at sRGB codes."""

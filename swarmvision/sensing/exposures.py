@@ -134,14 +134,12 @@ class Exposures:
 
     def _due(self, robots: IntArray) -> FloatArray:
         number = self._taken[robots]
-        keys = numbered(self._keys[robots, :1], number[:, None])
-        late = np.array([self._imperfections.delay(int(key)) for key in keys.flat], dtype=np.float64)
+        late = self._imperfections.delay(numbered(self._keys[robots, 0], number))
         return number / self._rate + self._latency + late
 
     def _looks(self, robot: IntArray, number: IntArray) -> Looks:
         own = numbered(self._keys[robot], number[:, None])
-        lost = np.array([self._imperfections.is_lost(int(key)) for key in own.flat], dtype=bool)
-        lost = lost.reshape(own.shape) | self._dead[robot, None]
+        lost = self._imperfections.is_lost(own) | self._dead[robot, None]
         shown = self._shown(robot, number, lost)
         mounts = {n: self._rig.robot_from_lens(n / self._rate) for n in {*shown.flat, *number.tolist()}}
         servo = self._rig.servo

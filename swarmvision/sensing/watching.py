@@ -122,7 +122,6 @@ class ByKernel:
     def prepare(self, looks: Looks, scenes: dict[int, Scene]) -> None:
         """Stack the scenes that are shown."""
         shown: list[int] = sorted(set(looks.scene.ravel().tolist()))
-        drift = [self._imperfections.drift(float(rate)) for rate in looks.turn_rate.flat]
         poses = np.array([scenes[number].pose for number in shown], dtype=np.float64)
         things = [scenes[number].object_pose for number in shown]
         self._looks = looks
@@ -130,7 +129,7 @@ class ByKernel:
             robots=poses.reshape(len(shown), self._robots, 3),
             objects=np.array(things, dtype=np.float64).reshape(len(shown), self._objects, 3),
             slot=np.searchsorted(shown, looks.scene),
-            drift=np.array(drift, dtype=np.float64).reshape(*looks.turn_rate.shape, 2),
+            drift=self._imperfections.drift(looks.turn_rate),
         )
 
     def watch(self, first: int, last: int, tracks: Tracks) -> None:
