@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from swarmvision.config.controller import HanadaConfig, SpearsConfig
+from swarmvision.config.controller import ChainConfig, HanadaConfig, SpearsConfig
 from swarmvision.config.model import validated
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.controllers import controller
+from swarmvision.controllers.chain import chain_of
 from swarmvision.controllers.crowd import crowd
 from swarmvision.controllers.hanada import out_of_place
 from swarmvision.controllers.spears import pull, transition_gain
 from swarmvision.data import Estimates
-from swarmvision.geometry import FloatArray
+from swarmvision.geometry import FloatArray, polar
 from swarmvision.simulation import run
 
 
@@ -23,6 +25,13 @@ def settled(robots: int, seconds: float, **changes: Any) -> FloatArray:
     """Places ``(r, 2)`` at the end of a run."""
     values = {"robots": robots, "seconds": seconds, "sensor": {"kind": "truth"}, "start": {"radius": 0.5}}
     return run(validated(ScenarioConfig, {**values, **changes}, "test"), 1).pose[-1, :, :2]
+
+
+def flock_at(*places: tuple[float, float]) -> Estimates:
+    """Estimates ``(k,)`` of neighbours at places (m) in the robot's frame."""
+    distance, bearing, heading = polar(np.column_stack([np.array(places), np.zeros(len(places))]))
+    empty = Estimates.empty((len(places),))
+    return replace(empty, seen=np.full(len(places), True), range=distance, bearing=bearing, heading=heading)
 
 
 def bond_order(place: FloatArray, fold: int, link: float) -> float:
@@ -92,9 +101,27 @@ def test_the_apex_is_straight_off_the_line_through_the_partners() -> None:
 def test_robots_line_up_from_a_nest() -> None:
     goal = {"x": 0.0, "y": 0.0, "radius": 0.1}
     start = {"x": 0.9, "y": 0.0, "radius": 0.5}
-    place = settled(4, 60.0, controller={"law": "chain"}, goal=goal, start=start)
+    place = settled(6, 90.0, controller={"law": "chain"}, goal=goal, start=start)
+    tolerance = 0.3 * 0.28
     away = np.sort(np.hypot(*place.T))
-    assert away[0] == pytest.approx(0.28, abs=0.05)
-    # Members stand a spacing apart, give or take the tolerance.
-    assert away[2] > 2.0 * 0.28
-    assert np.diff(away).min() > 0.1
+    np.testing.assert_allclose(away, 0.28 * np.arange(1, 7), atol=tolerance)
+    ray = place[np.argmax(np.hypot(*place.T))] / away[-1]
+    aside = place[:, 0] * ray[1] - place[:, 1] * ray[0]
+    assert np.abs(aside).max() < 2.0 * tolerance
+
+
+def test_the_next_place_of_a_chain_is_the_first_that_is_neither_taken_nor_hidden() -> None:
+    config = ChainConfig(spacing=0.3, tolerance=0.3)
+
+    def length(*places: tuple[float, float]) -> tuple[int, list[bool]]:
+        chain = chain_of(crowd(flock_at(*places), 100.0), np.array(-1.0 + 0.5j), config)
+        return int(chain.length), chain.exploring.tolist()
+
+    # The nest is at (-1, 0.5), the chain along y = 0.5.
+    assert length((-0.7, 0.5)) == (1, [False])
+    assert length((-0.7, 0.5), (-0.4, 0.55), (0.9, 0.9)) == (2, [False, False, True])
+    assert length((-0.7, 0.5), (-0.1, 0.5)) == (1, [False, True])  # the second place is free
+    assert length((-0.7, 0.5), (-0.2, 0.25), (-0.1, 0.5)) == (3, [False, True, False])  # it is hidden
+    alone = chain_of(crowd(Estimates.empty((0,)), 100.0), np.array(-1.0 + 0.0j), config)
+    assert int(alone.length) == 0
+    np.testing.assert_allclose(alone.at(np.array(0)), -0.7)
