@@ -7,9 +7,10 @@ its end and become its next member with some probability; the last member leaves
 Where we differ: the paper's robots find the nest and the way along the chain by the colours of its members;
 ours carry no lamps and know the nest's place instead, as the goal. The chain lies on the ray from the nest
 through the robot nearest to it, its places a spacing apart. A place counts as taken where a robot stands,
-where a nearer robot hides it, and between the nest and the robot nearest to it. Explorers go to the first places that are free, in the order of how far they
-have to the first of them. A member before whom a place becomes free explores again. Probabilities are
-rates; their values and the tolerance's are ours. Who knows of no nest stands still.
+where a nearer robot hides it, and between the nest and the robot nearest to it. Explorers go to the first
+places that are free, in the order of how far they have to the first of them. A member before whom a place
+becomes free explores again. Probabilities are rates; their values and the tolerance's are ours. Who knows
+of no nest stands still.
 """
 
 from __future__ import annotations
