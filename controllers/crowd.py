@@ -11,12 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmvision.compiled import leaf
 from swarmvision.data import SECTOR_BEARINGS, BoolArray, Estimates, Senses
 from swarmvision.geometry import FloatArray
+from swarmvision.trigonometry import sine_cosine
 
 ComplexArray = NDArray[np.complex128]
 
 NEAREST, FARTHEST = 0.01, 1e3  # m: ranges are held within, so that no power of one overflows
+WIDEST = 1e5  # rad: what is told to be beyond is not told at all
 CONTACT_RANGE = 0.08  # m, where an obstacle pushes most: a robot's half diagonal and a little
 OBSTACLE_GAIN = 2.0  # of that push against a direction of length 1: ours
 
@@ -51,7 +54,14 @@ class Crowd:
 
     def total(self, value: ComplexArray | FloatArray) -> ComplexArray:
         """Return the weighted sum over the neighbours of a value ``(..., k)``, shape ``(...)``."""
-        return np.asarray(np.sum(self.weight * value, axis=-1), dtype=np.complex128)
+        shape = self.weight.shape
+        value = np.ascontiguousarray(value, dtype=np.complex128)
+        if value.shape != shape:
+            value = np.ascontiguousarray(np.broadcast_to(value, shape))
+        total = np.empty(shape[:-1], dtype=np.complex128)
+        rows = (total.size, shape[-1])
+        _sum(self.weight.reshape(rows), value.reshape(rows), total.reshape(-1))
+        return total
 
     def mean(self, value: ComplexArray | FloatArray) -> ComplexArray:
         """Return the weighted mean of a value ``(..., k)``; less where all weigh little, 0 for nobody."""
@@ -75,17 +85,63 @@ def crowd(estimates: Estimates, reach: float, forget: float = 0.0) -> Crowd:
         reach: Neighbours farther away do not count (m).
         forget: Time (s) in which what is not measured anew loses all but 1/e of its weight; 0 for never.
     """
-    counts = estimates.seen & (estimates.range <= reach) & np.isfinite(estimates.bearing)
-    age = np.maximum(np.nan_to_num(estimates.age, nan=0.0), 0.0)
-    fresh = np.exp(-age / forget) if forget else np.ones_like(age)
-    told = counts & np.isfinite(estimates.heading)
-    heading = np.where(told, estimates.heading, 0.0)
-    return Crowd(
-        weight=np.where(counts, fresh, 0.0),
-        distance=np.clip(np.where(counts, estimates.range, 1.0), NEAREST, FARTHEST),
-        towards=np.exp(1j * np.where(counts, estimates.bearing, 0.0)),
-        facing=np.where(told, np.exp(1j * heading), 0.0),
+    shape = estimates.seen.shape
+    weight, distance = np.empty(shape), np.empty(shape)
+    towards, facing = np.empty(shape, np.complex128), np.empty(shape, np.complex128)
+    _count(
+        estimates.seen.reshape(-1),
+        estimates.range.reshape(-1),
+        estimates.bearing.reshape(-1),
+        estimates.heading.reshape(-1),
+        estimates.age.reshape(-1),
+        reach,
+        forget,
+        weight.reshape(-1),
+        distance.reshape(-1),
+        towards.reshape(-1),
+        facing.reshape(-1),
     )
+    return Crowd(weight=weight, distance=distance, towards=towards, facing=facing)
+
+
+@leaf
+def _count(
+    seen: BoolArray,
+    reached: FloatArray,
+    bearing: FloatArray,
+    heading: FloatArray,
+    age: FloatArray,
+    reach: float,
+    forget: float,
+    weight: FloatArray,
+    distance: FloatArray,
+    towards: ComplexArray,
+    facing: ComplexArray,
+) -> None:
+    """Fill in the four of :class:`Crowd` from those of :class:`Estimates`, ``(n,)`` each."""
+    for n in range(len(seen)):
+        counts = seen[n] & (reached[n] <= reach) & (abs(bearing[n]) <= WIDEST)
+        told = counts & (abs(heading[n]) <= WIDEST)
+        sine, cosine = sine_cosine(bearing[n] if counts else 0.0)
+        across, along = sine_cosine(heading[n] if told else 0.0)
+        weight[n] = 1.0 if counts else 0.0
+        distance[n] = min(max(reached[n], NEAREST), FARTHEST) if counts else 1.0
+        towards[n] = complex(cosine, sine)
+        facing[n] = complex(along, across) if told else 0j
+    if forget > 0.0:
+        for n in range(len(seen)):
+            weight[n] *= np.exp(-(age[n] if age[n] > 0.0 else 0.0) / forget)
+
+
+@leaf
+def _sum(weight: FloatArray, value: ComplexArray, total: ComplexArray) -> None:
+    """Fill in the weighted sums ``(n,)`` of values ``(n, k)``."""
+    for n in range(len(weight)):
+        real, imaginary = 0.0, 0.0
+        for k in range(weight.shape[1]):
+            real += weight[n, k] * value[n, k].real
+            imaginary += weight[n, k] * value[n, k].imag
+        total[n] = complex(real, imaginary)
 
 
 def unit(vector: ComplexArray | FloatArray) -> ComplexArray:
@@ -120,6 +176,8 @@ def push_of_obstacles(
     Each sector pushes with the square of how far its thing has come in between ``obstacle_range``, where it
     begins to be felt, and ``contact_range`` (m); the constants are ours.
     """
+    if not (senses.proximity < obstacle_range).any():
+        return np.zeros(senses.shape, dtype=np.complex128)
     thing = np.where(senses.proximity_robot, FARTHEST, np.minimum(senses.proximity, FARTHEST))
     share = np.clip((obstacle_range - thing) / (obstacle_range - contact_range), 0.0, 1.0)
     push = -np.sum(share**2 * np.exp(1j * SECTOR_BEARINGS), axis=-1)

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 
 
@@ -32,7 +33,17 @@ class Ranges(Protocol):
 
 def proximal_force(distance: FloatArray, ranges: Ranges) -> FloatArray:
     """Return the pull (positive) or push towards a neighbour at a range (m), in -1..1."""
-    off = distance - ranges.desired_range
-    outer = ranges.reach - ranges.desired_range
-    inner = ranges.desired_range - ranges.contact_range
-    return np.clip(np.sign(off) * (off / np.where(off > 0.0, outer, inner)) ** 2, -1.0, 1.0)
+    distance = np.ascontiguousarray(distance, dtype=np.float64)
+    force = np.empty(distance.shape)
+    inner, outer = ranges.desired_range - ranges.contact_range, ranges.reach - ranges.desired_range
+    _pull(distance.reshape(-1), ranges.desired_range, inner, outer, force.reshape(-1))
+    return force
+
+
+@leaf
+def _pull(distance: FloatArray, desired: float, inner: float, outer: float, force: FloatArray) -> None:
+    """Fill in the force at ranges ``(n,)``; it is full ``inner`` or ``outer`` (m) from the desired one."""
+    for n in range(len(distance)):
+        off = distance[n] - desired
+        share = off / (outer if off > 0.0 else inner)
+        force[n] = min(share * share, 1.0) * (1.0 if off > 0.0 else -1.0)

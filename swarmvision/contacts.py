@@ -20,6 +20,7 @@ from swarmvision.ground import ANGLE, SPIN, VX, VY, X, Y, pull, pull_round, robo
 from swarmvision.trigonometry import wrapped
 
 ROUNDS = 6  # over the contacts of a substep
+STILL = 1e-12  # N s; a round that changes less is the last
 OVERLAP = 1e-4  # m that bodies may overlap
 LEFT_AFTER_A_SECOND = 0.9**60  # share of an overlap that is left after 1 s: Chipmunk's collision_bias
 WALLS = 4
@@ -27,7 +28,9 @@ REST = np.zeros(1)  # of what has no tracks
 ABREAST = 32  # worlds that are moved together: they fit the nearest cache
 PER_BODY = 8  # contacts that there is room for, for each body
 HALF_LENGTH, HALF_WIDTH, RADIUS, FRICTION = range(4)  # columns of a shape; half width is -1 for a disc
-NORMAL_X, NORMAL_Y, ARM_AX, ARM_AY, ARM_BX, ARM_BY, DEPTH, RUB, PUSHED, RUBBED = range(10)  # of a contact
+# Of a contact: where, how deep and how rough; how far so far; levers and stiffness along and across it.
+NORMAL_X, NORMAL_Y, ARM_AX, ARM_AY, ARM_BX, ARM_BY, DEPTH, RUB, PUSHED, RUBBED = range(10)
+LEVER_A, LEVER_B, SIDE_A, SIDE_B, STIFF, STIFF_ASIDE = range(10, 16)
 
 
 def shapes_of(robots: int, robot: RobotConfig, arena: ArenaConfig) -> tuple[FloatArray, FloatArray]:
@@ -105,8 +108,12 @@ def advance(
     pairs = np.empty((ABREAST, max(n * (n - 1) // 2, 1), 2), np.int64)
     near, walled = np.empty(ABREAST, np.int64), np.empty(ABREAST, np.bool_)
     most = PER_BODY * n + WALLS
-    who, contacts = np.empty((most, 2), np.int64), np.empty((most, 10))
-    world, now = np.empty((n, 6)), np.empty((ABREAST, n, n + WALLS), np.bool_)
+    who, contacts = np.empty((most, 2), np.int64), np.empty((most, 16))
+    world, ease = np.zeros((n + WALLS, 6)), np.zeros((n + WALLS, 2))
+    for i in range(n):
+        if grips[i, 0] > 0.0:
+            ease[i, 0], ease[i, 1] = 1.0 / grips[i, 0], 1.0 / grips[i, 1]
+    now = np.empty((ABREAST, n, n + WALLS), np.bool_)
     bad = 0
     for first in range(0, worlds, ABREAST):
         last = min(first + ABREAST, worlds)
@@ -125,7 +132,7 @@ def advance(
                     world, shapes, bounds[1], grips, room, r, close, walled[w - first], who, contacts
                 )
                 if count > 0:
-                    _resolve(world, grips, count, who, contacts, dt)
+                    _resolve(world, ease, count, who, contacts, dt)
                     _put_back(world, state, w * n)
                     for c in range(count):
                         now[w - first, who[c, 0], who[c, 1]] = True
@@ -207,7 +214,7 @@ def _meet_all(
     for p in range(len(pairs)):
         if count < most:
             count += _meet(world, shapes, robots, pairs[p, 0], pairs[p, 1], count, who, contacts)
-    for i in range(len(world) if walled else 0):
+    for i in range(len(shapes) if walled else 0):
         if grips[i, 0] > 0.0 and count + 2 * WALLS <= most:
             count += _meet_walls(world, shapes, bound[i], room, i, count, who, contacts)
     return count
@@ -215,10 +222,10 @@ def _meet_all(
 
 @leaf
 def _fetch(state: FloatArray, first: int, world: FloatArray) -> None:
-    """Copy one world's bodies ``(n, 6)``."""
+    """Copy one world's bodies into the first rows of ``(n + 4, 6)``."""
     for c in range(6):
-        row = state[c][first:]
-        for i in range(len(world)):
+        row = state[c][first : first + len(world) - WALLS]
+        for i in range(len(row)):
             world[i, c] = row[i]
 
 
@@ -226,8 +233,8 @@ def _fetch(state: FloatArray, first: int, world: FloatArray) -> None:
 def _put_back(world: FloatArray, state: FloatArray, first: int) -> None:
     """Copy them back."""
     for c in range(6):
-        row = state[c][first:]
-        for i in range(len(world)):
+        row = state[c][first : first + len(world) - WALLS]
+        for i in range(len(row)):
             row[i] = world[i, c]
 
 
@@ -346,7 +353,7 @@ def _meet_walls(
     contacts: FloatArray,
 ) -> int:
     """Fill in the contacts of a body with walls, up to two of its corners each; return how many."""
-    x, y, n = world[a, X], world[a, Y], len(world)
+    x, y, n = world[a, X], world[a, Y], len(shapes)
     count = 0
     if abs(x) + bound < room[0] and abs(y) + bound < room[1]:
         return 0
@@ -415,84 +422,72 @@ def _note(
 
 @leaf
 def _resolve(
-    world: FloatArray, grips: FloatArray, count: int, who: IntArray, contacts: FloatArray, dt: float
+    world: FloatArray, ease: FloatArray, count: int, who: IntArray, contacts: FloatArray, dt: float
 ) -> None:
-    """Stop what approaches, within friction, and move apart some of what overlaps."""
+    """Stop what approaches, within friction, and move apart some of what overlaps.
+
+    Args:
+        world: Bodies, then walls at rest, shape ``(n + 4, 6)``.
+        ease: How easily they move (1/kg) and turn (1/(kg m^2)); 0 for what is fixed, ``(n + 4, 2)``.
+        count: Of the contacts.
+        who: Pairs of bodies.
+        contacts: One a row.
+        dt: Of the substep (s).
+    """
+    for c in range(count):
+        a, b, row = who[c, 0], who[c, 1], contacts[c]
+        nx, ny = row[NORMAL_X], row[NORMAL_Y]
+        row[LEVER_A], row[LEVER_B] = row[ARM_AX] * ny - row[ARM_AY] * nx, row[ARM_BX] * ny - row[ARM_BY] * nx
+        row[SIDE_A], row[SIDE_B] = row[ARM_AX] * nx + row[ARM_AY] * ny, row[ARM_BX] * nx + row[ARM_BY] * ny
+        straight = ease[a, 0] + ease[b, 0]
+        along = straight + row[LEVER_A] ** 2 * ease[a, 1] + row[LEVER_B] ** 2 * ease[b, 1]
+        aside = straight + row[SIDE_A] ** 2 * ease[a, 1] + row[SIDE_B] ** 2 * ease[b, 1]
+        row[STIFF] = 1.0 / along if along > 0.0 else 0.0
+        row[STIFF_ASIDE] = 1.0 / aside if aside > 0.0 else 0.0
     for _ in range(ROUNDS):
+        change = 0.0
         for c in range(count):
-            row = contacts[c]
-            pushed = _impulse(
-                world, grips, who[c], row, row[NORMAL_X], row[NORMAL_Y], row[PUSHED], 0.0, np.inf
-            )
-            row[PUSHED] = pushed
+            a, b, row = who[c, 0], who[c, 1], contacts[c]
+            mine, theirs, nx, ny = world[a], world[b], row[NORMAL_X], row[NORMAL_Y]
+            apart = (theirs[VX] - mine[VX]) * nx + (theirs[VY] - mine[VY]) * ny
+            apart += theirs[SPIN] * row[LEVER_B] - mine[SPIN] * row[LEVER_A]
+            pushed = max(row[PUSHED] - apart * row[STIFF], 0.0)
+            _push(mine, theirs, ease[a], ease[b], nx, ny, row[LEVER_A], row[LEVER_B], pushed - row[PUSHED])
+            apart = (theirs[VY] - mine[VY]) * nx - (theirs[VX] - mine[VX]) * ny
+            apart += theirs[SPIN] * row[SIDE_B] - mine[SPIN] * row[SIDE_A]
             most = row[RUB] * pushed
-            row[RUBBED] = _impulse(
-                world, grips, who[c], row, -row[NORMAL_Y], row[NORMAL_X], row[RUBBED], -most, most
-            )
+            rubbed = min(max(row[RUBBED] - apart * row[STIFF_ASIDE], -most), most)
+            _push(mine, theirs, ease[a], ease[b], -ny, nx, row[SIDE_A], row[SIDE_B], rubbed - row[RUBBED])
+            change = max(change, abs(pushed - row[PUSHED]), abs(rubbed - row[RUBBED]))
+            row[PUSHED], row[RUBBED] = pushed, rubbed
+        if change < STILL:
+            break
     share = 1.0 - LEFT_AFTER_A_SECOND**dt
     for c in range(count):
         a, b = who[c, 0], who[c, 1]
-        mine, theirs = _ease(grips, a), _ease(grips, b)
-        if mine + theirs == 0.0:
-            continue
-        push = share * max(contacts[c, DEPTH] - OVERLAP, 0.0) / (mine + theirs)
+        easy = ease[a, 0] + ease[b, 0]
+        push = share * max(contacts[c, DEPTH] - OVERLAP, 0.0) / easy if easy > 0.0 else 0.0
         for axis in range(2):
-            world[a, axis] -= push * mine * contacts[c, axis]
-            if theirs > 0.0:
-                world[b, axis] += push * theirs * contacts[c, axis]
+            world[a, axis] -= push * ease[a, 0] * contacts[c, axis]
+            world[b, axis] += push * ease[b, 0] * contacts[c, axis]
 
 
 @leaf
-def _ease(grips: FloatArray, i: int) -> float:
-    """Return how easily a body moves (1/kg); 0 for walls and what is fixed."""
-    if i >= len(grips) or grips[i, 0] == 0.0:
-        return 0.0
-    return 1.0 / float(grips[i, 0])
-
-
-@leaf
-def _impulse(
-    world: FloatArray,
-    grips: FloatArray,
-    pair: IntArray,
-    row: FloatArray,
+def _push(
+    mine: FloatArray,
+    theirs: FloatArray,
+    my_ease: FloatArray,
+    their_ease: FloatArray,
     ux: float,
     uy: float,
-    total: float,
-    least: float,
-    most: float,
-) -> float:
-    """Push two bodies along a direction until they stop approaching there; return the impulse so far (N s).
-
-    Args:
-        world: Bodies, shape ``(n, 6)``.
-        grips: Shape ``(n, 4)``.
-        pair: The two bodies; the second may be a wall.
-        row: Of the contact.
-        ux: Direction from the first to the second.
-        uy: The same.
-        total: Impulse so far.
-        least: Bound of it.
-        most: Bound of it.
-    """
-    a, b = pair[0], pair[1]
-    mine, theirs = _ease(grips, a), _ease(grips, b)
-    turn_a, turn_b = row[ARM_AX] * uy - row[ARM_AY] * ux, row[ARM_BX] * uy - row[ARM_BY] * ux
-    spin_a = 1.0 / grips[a, 1] if mine > 0.0 else 0.0
-    spin_b = 1.0 / grips[b, 1] if theirs > 0.0 else 0.0
-    give = mine + theirs + turn_a * turn_a * spin_a + turn_b * turn_b * spin_b
-    if give == 0.0:
-        return total
-    apart = -(world[a, VX] * ux + world[a, VY] * uy + world[a, SPIN] * turn_a)
-    if theirs > 0.0:
-        apart += world[b, VX] * ux + world[b, VY] * uy + world[b, SPIN] * turn_b
-    after = min(max(total - float(apart / give), least), most)
-    push = after - total
-    world[a, VX] -= push * mine * ux
-    world[a, VY] -= push * mine * uy
-    world[a, SPIN] -= push * spin_a * turn_a
-    if theirs > 0.0:
-        world[b, VX] += push * theirs * ux
-        world[b, VY] += push * theirs * uy
-        world[b, SPIN] += push * spin_b * turn_b
-    return after
+    my_lever: float,
+    their_lever: float,
+    push: float,
+) -> None:
+    """Push two bodies apart along a direction by an impulse (N s) with levers (m) round their middles."""
+    mine[VX] -= push * my_ease[0] * ux
+    mine[VY] -= push * my_ease[0] * uy
+    mine[SPIN] -= push * my_ease[1] * my_lever
+    theirs[VX] += push * their_ease[0] * ux
+    theirs[VY] += push * their_ease[0] * uy
+    theirs[SPIN] += push * their_ease[1] * their_lever

@@ -9,6 +9,7 @@ so that one function serves one robot ``(k,)``, a swarm ``(r, k)`` and many worl
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -30,13 +31,47 @@ Frame = Literal["lens", "robot"]
 
 
 def _adopt(owner: Any, shapes: dict[str, tuple[tuple[int, ...], type]]) -> None:
-    """Replace each named field by our own read-only copy of the given shape and type."""
+    """Replace each named field by our own read-only copy of the given shape and type.
+
+    What nobody can write to any more is shared instead.
+    """
     for name, (shape, dtype) in shapes.items():
-        array: NDArray[Any] = np.array(getattr(owner, name), dtype=dtype)
+        given = getattr(owner, name)
+        if _is_fixed(given) and given.shape == shape and given.dtype == dtype:
+            continue
+        array: NDArray[Any] = np.array(given, dtype=dtype)
         if array.shape != shape:
             raise DataError(f"{type(owner).__name__}.{name} must have shape {shape}, got {array.shape}")
         array.setflags(write=False)
         object.__setattr__(owner, name, array)
+
+
+def _is_fixed(array: Any) -> bool:
+    """Return whether nobody can write to an array, nor to what it is a view of."""
+    while type(array) is np.ndarray:
+        if array.flags.writeable:
+            return False
+        array = array.base
+    return array is None
+
+
+@lru_cache(maxsize=16)
+def _neutral(shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
+    """Return the senses of robots of some shape that sense nothing."""
+    sectors = (*shape, len(SECTOR_BEARINGS))
+    arrays: dict[str, NDArray[Any]] = {
+        "speed": np.zeros(shape),
+        "turn_rate": np.zeros(shape),
+        "proximity": np.full(sectors, np.inf),
+        "proximity_robot": np.zeros(sectors, dtype=bool),
+        "goal": np.full((*shape, 2), np.nan),
+        "cue": np.zeros(shape),
+        "silhouette": np.zeros((*shape, 0), dtype=bool),
+        "load": np.full((*shape, 2), np.nan),
+    }
+    for array in arrays.values():
+        array.setflags(write=False)
+    return arrays
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -271,7 +306,7 @@ class Senses:
     def __post_init__(self) -> None:
         shape = self.neighbours.seen.shape[:-1]
         if self.load is None:
-            object.__setattr__(self, "load", np.full((*shape, 2), np.nan))
+            object.__setattr__(self, "load", _neutral(shape)["load"])
         directions = np.shape(self.silhouette)[-1]
         sectors = len(SECTOR_BEARINGS)
         _adopt(
@@ -296,18 +331,7 @@ class Senses:
     @classmethod
     def of(cls, neighbours: Estimates, dt: float = 0.1, **senses: Any) -> Self:
         """Return the senses of robots that know their neighbours and, beside, only what is given."""
-        shape = neighbours.seen.shape[:-1]
-        sectors = (*shape, len(SECTOR_BEARINGS))
-        neutral: dict[str, Any] = {
-            "speed": np.zeros(shape),
-            "turn_rate": np.zeros(shape),
-            "proximity": np.full(sectors, np.inf),
-            "proximity_robot": np.zeros(sectors, dtype=bool),
-            "goal": np.full((*shape, 2), np.nan),
-            "cue": np.zeros(shape),
-            "silhouette": np.zeros((*shape, 0), dtype=bool),
-        }
-        return cls(neighbours=neighbours, dt=dt, **{**neutral, **senses})
+        return cls(neighbours=neighbours, dt=dt, **{**_neutral(neighbours.seen.shape[:-1]), **senses})
 
     def select(self, index: Any) -> Self:
         """Return the senses of some of the robots; ``index`` is applied to the robots' axes."""

@@ -144,6 +144,10 @@ class Simulation:
 
     def decide(self, senses: Senses) -> Commands:
         """Return what the robots' laws command, shape ``(r,)``; the laws' memories go on."""
+        if len(self._teams) == 1:
+            team = self._teams[0]
+            commands, team.memory = team.controller.step(senses, team.memory)
+            return commands
         speed, turn_rate = np.zeros(senses.shape), np.zeros(senses.shape)
         for team in self._teams:
             commands, team.memory = team.controller.step(senses.select(team.rows), team.memory)

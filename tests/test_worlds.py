@@ -179,8 +179,10 @@ def test_nobody_and_one_are_worlds_too(robots: int) -> None:
 def test_what_many_worlds_do_not_have_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"many worlds sense by truth or error_model, not by camera"):
         Worlds(ScenarioConfig(sensor=CameraSensorConfig()), 2)
-    with pytest.raises(ConfigError, match=r"many worlds do not have sensors that are late"):
-        Worlds(ScenarioConfig(sensor=TruthSensorConfig(latency=0.1)), 2)
+    for way in ({"latency": 0.1}, {"lost": 0.2}, {"memory": 1.0}, {"faults": {"dead": [0]}}):
+        late = TruthSensorConfig.model_validate(way)
+        with pytest.raises(ConfigError, match=r"do not have sensors that are late, lossy, broken"):
+            Worlds(ScenarioConfig(sensor=late), 2)
     many = Worlds(SPARSE, 2)
     speed = np.zeros((2, 5))
     speed[1, 3] = np.nan

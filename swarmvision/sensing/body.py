@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from swarmvision.config.scenario import ScenarioConfig
+from swarmvision.config.scenario import GoalConfig, ScenarioConfig
 from swarmvision.data import BoolArray, Estimates, Scene, Senses
 from swarmvision.drive import Drive
 from swarmvision.geometry import FloatArray, compose, inverse, polar, rotate
@@ -40,18 +40,21 @@ class Body:
     def feel(self, scene: Scene, neighbours: Estimates) -> Senses:
         """Return all that the robots know in a scene, given what they see of each other, ``(r, k)``."""
         speed, turn_rate = self._drive.twist(scene.wheel_speed)
-        near: dict[str, Any] = {}
+        more: dict[str, Any] = {}
         if self._ring is not None:
-            near["proximity"], near["proximity_robot"] = self._ring.sense(scene)
+            more["proximity"], more["proximity_robot"] = self._ring.sense(scene)
+        if self._goal is not None:
+            more["goal"] = self._goal_seen(scene, self._goal)
+        if self._cues:
+            more["cue"] = self.cue(scene.pose[:, :2])
+        if self._loads:
+            more["load"] = self._nearest_load(scene)
         return Senses.of(
             neighbours,
             self._dt,
             speed=speed,
             turn_rate=turn_rate,
-            goal=self._goal_seen(scene),
-            cue=self.cue(scene.pose[:, :2]),
-            load=self._nearest_load(scene),
-            **near,
+            **more,
         )
 
     def cue(self, place: FloatArray) -> FloatArray:
@@ -62,14 +65,12 @@ class Body:
             reading = np.maximum(reading, cue.strength * np.maximum(1.0 - distance / cue.radius, 0.0))
         return reading
 
-    def _goal_seen(self, scene: Scene) -> FloatArray:
+    def _goal_seen(self, scene: Scene, there: GoalConfig) -> FloatArray:
         goal = np.full((scene.robots, 2), np.nan)
-        if self._goal is not None:
-            some = slice(self._informed)
-            offset = (self._goal.x, self._goal.y) - scene.pose[some, :2]
-            goal[some] = rotate(offset, -scene.pose[some, 2])
-            if self._goal.occlusion:
-                goal[self._hidden(scene, goal)] = np.nan
+        some = slice(self._informed)
+        goal[some] = rotate((there.x, there.y) - scene.pose[some, :2], -scene.pose[some, 2])
+        if there.occlusion:
+            goal[self._hidden(scene, goal)] = np.nan
         return goal
 
     def _hidden(self, scene: Scene, goal: FloatArray) -> BoolArray:
@@ -85,8 +86,6 @@ class Body:
 
     def _nearest_load(self, scene: Scene) -> FloatArray:
         """Return the place of the nearest thing that can be pushed, in each robot's frame, ``(r, 2)``."""
-        if not self._loads:
-            return np.full((scene.robots, 2), np.nan)
         offset = scene.object_pose[self._loads, :2] - scene.pose[:, None, :2]  # (r, loads, 2)
         nearest = np.argmin(np.hypot(offset[..., 0], offset[..., 1]), axis=1)
         return rotate(offset[np.arange(scene.robots), nearest], -scene.pose[:, 2])

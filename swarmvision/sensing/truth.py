@@ -98,7 +98,7 @@ def sight(
     look = look_abreast if pose.shape[1] <= ABREAST_ROBOTS else look_in_turn
     limits = (view.reach, view.limit, view.radius, view.occlusion, view.ahead, least)
     look(pose, objects, limits, view.things, most, who.reshape(-1), seen.reshape(4, -1))
-    return who, np.moveaxis(seen, 0, -1)
+    return who, seen.transpose(1, 2, 3, 0)
 
 
 def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = None) -> Estimates:
