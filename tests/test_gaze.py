@@ -16,7 +16,7 @@ from swarmvision.data import Commands, Estimates, Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.perception import Reader
-from swarmvision.perception.gaze import Aim, Gaze, gaze, windows_room
+from swarmvision.perception.gaze import DOOR, Aim, Gaze, gaze, windows_room
 from swarmvision.perception.plan import Task
 from swarmvision.perception.track import Law, Tracks, take_in
 from swarmvision.rendering.raycast import Raycaster
@@ -103,8 +103,22 @@ def test_everything_is_looked_at_when_asked_alone_or_after_a_loss() -> None:
     assert share(look(tracks)) < 1.0
 
 
-def test_neighbours_behind_the_lens_need_no_look() -> None:
-    assert len(look(tracks_at(PLACES * [-1.0, 1.0, 1.0])).windows) == 0
+def test_neighbours_behind_the_lens_need_no_look_but_at_the_sides() -> None:
+    width = task().look.columns.size
+    windows = look(tracks_at(PLACES * [-1.0, 1.0, 1.0])).windows
+    np.testing.assert_array_equal(windows[:, :2], [[0, DOOR], [width - DOOR, width]])
+
+
+def test_who_comes_in_at_a_side_or_from_behind_is_read_to_the_same_bits_or_not_at_all() -> None:
+    known, read = PLACES[:1], 0
+    for bearing in np.linspace(-0.44, 0.44, 23):
+        new = [0.6 * np.cos(bearing), 0.6 * np.sin(bearing), 0.5]
+        image = picture(np.vstack([known, [new]]))
+        there, everywhere = READER.read(image, look(tracks_at(known))), READER.read(image)
+        known_only = np.isin(there.range, everywhere.range)
+        assert known_only.all()
+        read += len(there.seen) == len(everywhere.seen) == 2
+    assert read >= 6
 
 
 def test_who_is_beyond_reach_is_not_read() -> None:

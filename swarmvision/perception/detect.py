@@ -31,12 +31,14 @@ from swarmvision.perception.look import (
     everywhere,
     first_look,
     look_down,
+    look_on,
     pair_runs,
 )
 from swarmvision.perception.order import median_in_place, median_of
 from swarmvision.perception.segment import Balance, Hues
 
 LEAST_COLUMNS = 2  # of the grid
+WIDENINGS = 16  # of windows in one picture
 ROW_SLACK = 1.6  # rows of the grid that an edge may jump between columns, plus ROW_SHARE of the middle
 STEP_SLACK = 1.2  # rows of the grid by which the height of the middle may change within a marker,
 STEP_SHARE = 0.04  # and by which share of itself; more is one marker beside another
@@ -95,7 +97,8 @@ def candidates(
 def find(image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, scratch: LookScratch) -> int:
     """Write the candidates of a picture, tallest first, into ``scratch.pieces``; return how many.
 
-    Windows are those of :func:`swarmvision.perception.look.first_look`.
+    Windows are those of :func:`swarmvision.perception.look.first_look`; they are widened where a marker
+    stands at their sides.
     """
     width = image.shape[1] // look.across
     for column in range(width):
@@ -107,6 +110,11 @@ def find(image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, 
     found = pair_runs(look, width, scratch)
     if found == 0:
         return 0
+    for _ in range(WIDENINGS):
+        count, wider = look_on(image, address, look, windows, found, count, scratch)
+        if not wider:
+            break
+        found = pair_runs(look, width, scratch)
     if ask_beside(found, look, width, scratch):
         for column in range(width):
             if scratch.wanted[column, 1] >= 0:

@@ -23,6 +23,7 @@ PLACE_SLACK = 0.01  # m: what an observer's encoders may be wrong by since the l
 ANGLE_SLACK = 0.015  # rad: what rolling shutter and blur may shift a marker by
 RISE_SLACK = 0.02  # rad: by which a camera may look up or down
 MARGIN = 4  # columns of the grid, one of its widest steps
+DOOR = 8  # columns of the grid at either side of the picture, where who is new comes in: always looked at
 ROW_MARGIN = 2  # rows that are looked at
 WIDEST = 1.4  # rad off the axis: the sides of a level picture are never farther
 COARSE = 2.0  # rows of the grid by which the look may be wrong about a marker's height
@@ -32,7 +33,8 @@ class Gaze(NamedTuple):
     """Which part of a picture is looked at, and what is worth measuring there."""
 
     windows: Ints
-    """First and last + 1 column of the grid and place in the rows that are looked at, ``(n, 4)``; apart."""
+    """First and last + 1 column of the grid and place in the rows that are looked at, ``(n, 4)``; they share
+    no column. Those of a whole picture are never written."""
     least: float
     """Markers whose middle is less high (px) are left out."""
 
@@ -59,14 +61,14 @@ class Aim(NamedTuple):
 
 def windows_room() -> Ints:
     """Return room for the windows of one robot's tracks."""
-    return np.empty((MOST_TRACKS, 4), dtype=np.int32)
+    return np.empty((MOST_TRACKS + 2, 4), dtype=np.int32)
 
 
 @compiled
 def gaze(
     tracks: Tracks, robot: int, mount: FloatArray, task: Task, aim: Aim, whole: bool, room: Ints
 ) -> Gaze:
-    """Return where a lens looks for a robot's tracks, predicted to the time of the picture.
+    """Return where a lens looks for a robot's tracks, predicted to the time of the picture, and at its sides.
 
     Everywhere if asked to, where the robot knows nobody, or where one that should be in the picture was
     lost in the look before.
@@ -80,8 +82,14 @@ def gaze(
         whole: Whether it is time to look everywhere.
         room: For windows, see :func:`windows_room`.
     """
-    count = 0
     if whole or tracks.used[robot] == 0:
+        return Gaze(aim.everywhere, aim.least)
+    width = len(task.look.columns)
+    last = 4 * (max(width - DOOR, 0) // 4)
+    room[0, 0], room[0, 1], room[0, 2], room[0, 3] = 0, DOOR, task.look.near[0], task.look.near[1]
+    room[1, 0], room[1, 1], room[1, 2], room[1, 3] = last, width, task.look.near[0], task.look.near[1]
+    count = 2
+    if width < 2 * DOOR:
         return Gaze(aim.everywhere, aim.least)
     for i in range(tracks.used[robot]):
         if not _window(tracks.state[robot, i], tracks.covariance[robot, i], mount, task, room[count]):
@@ -116,7 +124,7 @@ def _window(state: FloatArray, covariance: FloatArray, mount: FloatArray, task: 
     last = middle - focal * math.tan(max(bearing - half, -WIDEST))
     # Steps of the look begin at every fourth column.
     window[0] = 4 * int(min(max(first / look.across - MARGIN, 0.0), float(width)) / 4.0)
-    window[1] = int(min(max(last / look.across + MARGIN + 1.0, 0.0), float(width)))
+    window[1] = min(4 * (int(max(last / look.across + MARGIN, 0.0) / 4.0) + 1), width)
     if window[0] >= window[1]:
         return False
     depth = nearest * math.cos(min(abs(bearing) + half, WIDEST))
@@ -134,11 +142,11 @@ def _window(state: FloatArray, covariance: FloatArray, mount: FloatArray, task: 
 
 @compiled
 def _joined(windows: Ints, count: int) -> int:
-    """Join the window behind ``count`` others with those that share a column; return how many are left."""
+    """Join the window behind ``count`` others with those that it touches; return how many are left."""
     i = 0
     while i < count:
         one, new = windows[i], windows[count]
-        if one[0] >= new[1] or new[0] >= one[1]:
+        if one[0] > new[1] or new[0] > one[1]:
             i += 1
             continue
         new[0], new[1] = min(one[0], new[0]), max(one[1], new[1])

@@ -38,6 +38,7 @@ NARROW = 12.0  # columns of the grid: a wider marker is looked for in every four
 WIDE = 24.0  # and in a still wider one every other column will do
 TILT = 0.07  # rad: more than the 3 deg that a camera may look up or down
 HORIZON_SLACK = 0.012  # m: by which a marker may stand higher or lower than it should
+AT_SIDE, ON = 4, 8  # columns of the grid: pairs so near to a window's side let it be so much wider
 BESIDE_PAIR = 4.0  # rows of the grid, above and below a pair, that are looked at in the next column
 Ints = NDArray[np.int32]
 Address = NDArray[np.uint16]
@@ -269,6 +270,43 @@ def look_through(
                 image, address, look, column, held[column], first[column], last[column], count, scratch
             )
     return count
+
+
+@compiled
+def look_on(
+    image: NDArray[np.uint8],
+    address: Address,
+    look: Look,
+    windows: Ints,
+    found: int,
+    count: int,
+    scratch: LookScratch,
+) -> tuple[int, bool]:
+    """Widen windows at whose sides pairs stand, for the marker may go on there; write the runs in that.
+
+    Returns how many runs there are then, and whether any window is wider.
+    """
+    width, wider = len(look.columns), False
+    for window in windows:
+        left = right = False
+        for i in range(found):
+            column = int(scratch.pairs[i, 0])
+            left |= window[0] <= column < window[0] + AT_SIDE
+            right |= window[1] - AT_SIDE <= column < window[1]
+        low, high = 0, width
+        for other in windows:
+            if other[1] <= window[0]:
+                low = max(low, other[1])
+            if other[0] >= window[1]:
+                high = min(high, other[0])
+        low, high = max(low, window[0] - ON), min(high, window[1] + ON)
+        if left and low < window[0]:
+            count = look_through(image, address, look, low, window[0], window[2], window[3], count, scratch)
+            window[0], wider = low, True
+        if right and high > window[1]:
+            count = look_through(image, address, look, window[1], high, window[2], window[3], count, scratch)
+            window[1], wider = high, True
+    return count, wider
 
 
 @compiled

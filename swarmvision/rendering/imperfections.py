@@ -101,7 +101,7 @@ class Imperfections:
             image[:] = _through_jpeg(image, self._config.jpeg_quality)
 
     def drift(self, turn_rate: ArrayLike) -> FloatArray:
-        """Return what turns (rad/s) do: shift of a row over the next, length of the blur (px), ``(..., 2)``.
+        """Return what turns (rad/s) do: shift of a row over that above and blur (px), ``(..., 2)``.
 
         Both are kept so small that no pixel comes from more than a picture's width away.
         """
