@@ -15,6 +15,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmvision import recycling
 from swarmvision.errors import DataError
 from swarmvision.geometry import FloatArray, cartesian
 
@@ -210,7 +211,8 @@ class Estimates:
                 object.__setattr__(given, "frame", value or "robot")
                 continue
             if value is None and field.name == "kind":
-                value = np.full(shape, -1)
+                value = recycling.empty(shape, np.int64)
+                value.fill(-1)
             wanted = (*shape, 3, 3) if field.name == "covariance" else shape
             dtype = _DTYPES.get(field.name, np.dtype(np.float64))
             if value is None or value.shape != wanted or value.dtype != dtype:

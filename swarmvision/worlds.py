@@ -218,7 +218,7 @@ class Worlds:
 
     def _columns(self, columns: slice, bodies: slice) -> FloatArray:
         """Return some columns of the state of some bodies, ``(w, b, c)``, our own copy."""
-        return np.stack(list(self._state[columns, :, bodies]), axis=-1)
+        return np.ascontiguousarray(self._state[columns, :, bodies].transpose(1, 2, 0))
 
     def _place(self, world: int, scene: Scene) -> None:
         self._state[:, world] = 0.0
@@ -262,9 +262,7 @@ class _Look:
     ) -> Estimates:
         if not hasattr(self, "_memory"):
             return truth_estimates(*sight(pose, objects, self._view, self._slots))
-        due = np.array([exposures_until(float(now), self._rate) for now in np.unique(time)])[
-            np.unique(time, return_inverse=True)[1]
-        ]
+        due = exposures_until(time, self._rate)
         exposed, passed = due > self._exposures, time - self._time
         self._exposures, self._time = due, time.copy()
         return self._model.believe(pose, turn_rate, objects, self._memory, exposed, passed)

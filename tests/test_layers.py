@@ -12,7 +12,7 @@ ROOT = Path(__file__).parent.parent
 # Lowest first. Rooms on one floor do not know each other; inside a room everything may.
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("errors", "geometry", "compiled", "randomness"),
-    ("colour", "trigonometry"),
+    ("colour", "trigonometry", "recycling"),
     ("data", "config"),
     ("marker", "camera", "drive", "ground", "bodies"),
     ("world", "contacts", "placement", "rendering", "perception", "controllers", "metrics", "pictures"),

@@ -13,7 +13,15 @@ import numpy as np
 from swarmvision.compiled import compiled, leaf
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
-from swarmvision.sensing.shadows import RAYS, arc_sine, marker_shadows, share_in_sight, thing_shadows
+from swarmvision.sensing.shadows import (
+    RAYS,
+    arc_sine,
+    marker_shadow,
+    may_hide,
+    share_in_sight,
+    spread,
+    thing_shadows,
+)
 from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
 from swarmvision.trigonometry import direction, sine_cosine, wrapped
 
@@ -44,29 +52,62 @@ def look_abreast(
         np.empty((r, ABREAST), np.int64),
         np.empty((r, ABREAST), np.int64),
     )
-    room = np.empty((5, r + len(RAYS)))
+    rays = np.empty((2, len(RAYS)))
     for first in range(0, worlds, ABREAST):
         lanes = min(ABREAST, worlds - first)
         place_robots(pose[first:], lanes, robot)
         for me in range(r):
-            close[:] = -1 if occlusion and len(things) > 0 else 0  # all bits, or none
-            for j in range(r):
-                if j != me:
-                    measure(robot[me], robot[j], lanes, radius, ahead, other[j])
-            for j in range(r if occlusion else 0):
-                for k in range(j):
-                    if me not in (j, k):
-                        compare(other[k], other[j], 1 << k, 1 << j, lanes, radius, ahead, close)
-            hide(close, lanes, me, robot, other, (reach, radius, ahead), objects[first:], things, room)
-            for j in range(r):
-                if j != me:
-                    mine, theirs = robot[me, YAW], robot[j, YAW]
-                    find(mine, theirs, lanes, reach, limit, least, other[j], counts[j], rank[j])
-            for j in range(r):
-                for k in range(j):
-                    if me not in (j, k):
-                        line_up(other[k, GAP], other[j, GAP], lanes, counts[k], counts[j], rank[k], rank[j])
+            measure_all(me, lanes, radius, ahead, robot, other)
+            if occlusion:
+                compare_all(me, lanes, radius, ahead, other, -1 if len(things) > 0 else 0, close)
+                hide(close, lanes, me, robot, other, reach, radius, ahead, objects[first:], things, rays)
+            rank_all(me, lanes, reach, limit, least, robot, other, counts, rank)
             tell((first * r + me) * slots, r * slots, lanes, me, slots, other, counts, rank, who, seen)
+
+
+@leaf
+def measure_all(
+    me: int, lanes: int, radius: float, ahead: float, robot: FloatArray, other: FloatArray
+) -> None:
+    """Fill in where a robot's neighbours are, ``(r, 7, lanes)``."""
+    for j in range(len(other)):
+        if j != me:
+            measure(robot[me], robot[j], lanes, radius, ahead, other[j])
+
+
+@leaf
+def compare_all(
+    me: int, lanes: int, radius: float, ahead: float, other: FloatArray, bits: int, close: IntArray
+) -> None:
+    """Fill in the bits of the neighbours of which others may hide some; ``bits`` are set in any case."""
+    close[:] = bits
+    for j in range(len(other)):
+        for k in range(j):
+            if me not in (j, k):
+                compare(other[k], other[j], 1 << k, 1 << j, lanes, radius, ahead, close)
+
+
+@leaf
+def rank_all(
+    me: int,
+    lanes: int,
+    reach: float,
+    limit: float,
+    least: float,
+    robot: FloatArray,
+    other: FloatArray,
+    counts: IntArray,
+    rank: IntArray,
+) -> None:
+    """Fill in where the neighbours are seen, who counts, and how many of those are nearer."""
+    for j in range(len(other)):
+        if j != me:
+            mine, theirs = robot[me, YAW], robot[j, YAW]
+            find(mine, theirs, lanes, reach, limit, least, other[j], counts[j], rank[j])
+    for j in range(len(other)):
+        for k in range(j):
+            if me not in (j, k):
+                line_up(other[k, GAP], other[j, GAP], lanes, counts[k], counts[j], rank[k], rank[j])
 
 
 @leaf
@@ -124,21 +165,21 @@ def compare(
         close[w] |= bit if meet else 0
 
 
-@compiled
+@leaf
 def hide(
     close: IntArray,
     lanes: int,
     me: int,
     robot: FloatArray,
     other: FloatArray,
-    limits: tuple[float, float, float],
+    reach: float,
+    radius: float,
+    ahead: float,
     objects: FloatArray,
     things: FloatArray,
-    room: FloatArray,
+    rays: FloatArray,
 ) -> None:
-    """Fill in how much is in sight of the markers whose bits are set; ``limits`` are reach, radius, ahead."""
-    reach, radius, ahead = limits
-    x, y, gaps, rays = room[0], room[1], room[2], room[3:]
+    """Fill in how much is in sight of the markers whose bits are set."""
     r = len(other)
     for w in range(lanes):
         if close[w] == 0:
@@ -147,19 +188,24 @@ def hide(
             gap = other[j, GAP, w]
             if j == me or (close[w] >> j) & 1 == 0 or gap > reach:
                 continue
-            count = 0
-            for k in range(r):
-                if k not in (me, j) and other[k, GAP, w] < gap:
-                    x[count], y[count], gaps[count] = other[k, DX, w], other[k, DY, w], other[k, GAP, w]
-                    count += 1
-            far = max(gap, 1e-9)
+            far, size, hidden, drawn = max(gap, 1e-9), other[j, SIZE, w], 0, False
             ux, uy = other[j, DX, w] / far, other[j, DY, w] / far
-            hidden = marker_shadows(count, ux, uy, other[j, SIZE, w], radius, ahead, x, y, gaps, rays)
+            for k in range(r):
+                near = other[k, GAP, w]
+                if k in (me, j) or near >= gap:
+                    continue
+                along = other[k, DX, w] * ux + other[k, DY, w] * uy - ahead
+                across = other[k, DX, w] * uy - other[k, DY, w] * ux
+                if may_hide(across, along, near + ahead, size, radius):
+                    if not drawn:
+                        spread(arc_sine(size), rays)
+                        drawn = True
+                    hidden |= marker_shadow(across, along, radius, rays)
             if len(things) > 0:
                 cosine, sine = robot[me, COSINE, w], robot[me, SINE, w]
                 eye_x = robot[me, X, w] + ahead * (cosine * ux - sine * uy)
                 eye_y = robot[me, Y, w] + ahead * (sine * ux + cosine * uy)
-                half, bearing = arc_sine(other[j, SIZE, w]), direction(uy, ux)
+                half, bearing = arc_sine(size), direction(uy, ux)
                 hidden |= thing_shadows(
                     bearing, half, gap - ahead, eye_x, eye_y, robot[me, YAW, w], objects[w], things
                 )

@@ -80,7 +80,8 @@ class Body:
         for number, length, width in self._view.things:
             place = compose(inverse(scene.pose), scene.object_pose[int(number)])
             for robot in np.flatnonzero(np.isfinite(distance)):
-                shadow = thing_shadow(bearing[robot], 0.0, distance[robot], place[robot], length, width)
+                x, y, yaw = place[robot]
+                shadow = thing_shadow(bearing[robot], 0.0, distance[robot], x, y, yaw, length, width)
                 hidden[robot] |= shadow != 0
         return hidden
 

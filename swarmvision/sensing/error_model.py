@@ -15,16 +15,16 @@ does not depend on the neighbour's own aspect, nor on which lens of the ring see
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
+from swarmvision import recycling
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.camera import RIGS
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import ErrorModelSensorConfig
-from swarmvision.data import BoolArray, Estimates, Picture, Scene
+from swarmvision.data import BoolArray, Estimates, IntArray, Picture, Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.randomness import Subsystem, hashed
 from swarmvision.sensing.error_chance import normal_table
@@ -78,13 +78,13 @@ class ErrorModel:
             Measured neighbours first, nearest first, shape ``(w, r, k)``.
         """
         shape = memory.slots.who.shape
-        told, gone = Told.of(shape), np.empty(shape, np.int64)
+        told, gone = Told.of(shape), recycling.empty(shape, np.int64)
         old, new, minds = memory.slots, memory.spare, memory.minds
         seen, age, track, visible = (
-            np.empty(shape, bool),
-            np.empty(shape),
-            np.empty(shape, np.int64),
-            np.empty(shape),
+            recycling.empty(shape, bool),
+            recycling.empty(shape),
+            recycling.empty(shape, np.int64),
+            recycling.empty(shape),
         )
         most = min(max(shape[1] - 1, 0), CANDIDATES * shape[2])
         who, found = sight(pose[exposed], objects[exposed], self._view, most, least=-1.0)
@@ -145,7 +145,7 @@ class ErrorModelSensor:
     def sense(self, scene: Scene) -> Estimates:
         """Return what each robot believes at the scene's time, robot frame, shape ``(r, k)``."""
         # Of several pictures since the last call the newest counts.
-        due = exposures_until(scene.time, self._rate)
+        due = int(exposures_until(np.asarray(scene.time), self._rate))
         passed = 0.0 if self._time is None else scene.time - self._time
         estimates = self._model.believe(
             scene.pose[None],
@@ -182,6 +182,6 @@ def observer_keys(seed: int, robots: int) -> Keys:
     return np.array([hashed(seed, Subsystem.SENSOR, robot) for robot in range(robots)], dtype=np.uint64)
 
 
-def exposures_until(time: float, rate_hz: float) -> int:
-    """Return how many pictures have been taken at a time (s), the first one at 0."""
-    return math.floor((time + CLOCK_SLACK) * rate_hz) + 1
+def exposures_until(time: FloatArray, rate_hz: float) -> IntArray:
+    """Return how many pictures have been taken at times ``(...)`` (s), the first one at 0."""
+    return np.floor((time + CLOCK_SLACK) * rate_hz).astype(np.int64) + 1

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from swarmvision import recycling
 from swarmvision.compiled import compiled
 from swarmvision.data import BoolArray, IntArray
 from swarmvision.geometry import FloatArray
@@ -91,7 +92,8 @@ class Told(NamedTuple):
     @classmethod
     def of(cls, shape: tuple[int, ...]) -> Told:
         """Return room for what is told."""
-        return cls(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 9)))
+        new = recycling.empty
+        return cls(new(shape), new(shape), new(shape), new((*shape, 9)))
 
 
 @compiled

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.compiled import compiled, leaf
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.trigonometry import direction, sine_cosine
 
@@ -50,19 +50,31 @@ def marker_shadows(
         # From the eye to the nearer marker, along the direction of the farther one and across it.
         along = offset_x[m] * x + offset_y[m] * y - ahead
         across = offset_x[m] * y - offset_y[m] * x
-        # The distance is at most that from the axis and the way to the eye: no root for most.
-        wide = radius + sine * (gaps[m] + ahead)
-        close += 1 if (abs(across) < wide) & (along > -2.0 * radius) else 0
-    if close == 0 and sine < 0.5:
+        close += 1 if may_hide(across, along, gaps[m] + ahead, sine, radius) else 0
+    if close == 0:
         return 0
     bits = 0
     spread(arc_sine(sine), rays)
     for m in range(count):
         along = offset_x[m] * x + offset_y[m] * y - ahead
         across = offset_x[m] * y - offset_y[m] * x
-        if abs(across) < radius + sine * (gaps[m] + ahead) or sine >= 0.5:
+        if may_hide(across, along, gaps[m] + ahead, sine, radius):
             bits |= marker_shadow(across, along, radius, rays)
     return bits
+
+
+@leaf
+def may_hide(across: float, along: float, distance: float, sine: float, radius: float) -> bool:
+    """Return whether a nearer marker may hide some of a farther one; False only if it does not.
+
+    Args:
+        across: Place of the nearer marker's axis across the direction of the farther one (m).
+        along: And along it (m).
+        distance: No less than how far it is (m): for most, no root need be drawn.
+        sine: Of half the width of the farther marker.
+        radius: Of both (m).
+    """
+    return ((abs(across) < radius + sine * distance) & (along > -2.0 * radius)) | (sine >= 0.5)
 
 
 @leaf
@@ -107,7 +119,9 @@ def thing_shadow(
     bearing: float,
     half: float,
     distance: float,
-    place: FloatArray,
+    thing_x: float,
+    thing_y: float,
+    thing_yaw: float,
     length: float,
     width: float,
 ) -> int:
@@ -117,29 +131,31 @@ def thing_shadow(
         bearing: Of the marker in the observer's frame (rad).
         half: Half width of the marker (rad).
         distance: Of the marker (m).
-        place: Of the thing in the observer's frame: x, y, yaw.
+        thing_x: Of the thing in the observer's frame (m).
+        thing_y: Of the same (m).
+        thing_yaw: Of the same (rad).
         length: Half of the box's, or the disc's radius (m).
         width: Half of the box's, or -1 (m).
     """
-    square = place[0] * place[0] + place[1] * place[1]
+    square = thing_x * thing_x + thing_y * thing_y
     bound = length if width < 0.0 else np.hypot(length, width)
     if square > (distance + bound) * (distance + bound):
         return 0
-    sine, cosine = sine_cosine(place[2])
-    start_x = -(cosine * place[0] + sine * place[1])
-    start_y = -(cosine * place[1] - sine * place[0])
+    sine, cosine = sine_cosine(thing_yaw)
+    start_x = -(cosine * thing_x + sine * thing_y)
+    start_y = -(cosine * thing_y - sine * thing_x)
     bits = 0
     for n in range(len(RAYS)):
         ray = bearing + RAYS[n] * half
         if width < 0.0:
             y, x = sine_cosine(ray)
-            along = x * place[0] + y * place[1]
+            along = x * thing_x + y * thing_y
             miss = square - along * along
             if along > 0.0 and miss < length * length and along < distance:
                 bits |= 1 << n
             continue
         # In the box's own frame: the slab test.
-        y, x = sine_cosine(ray - place[2])
+        y, x = sine_cosine(ray - thing_yaw)
         x = x if abs(x) >= 1e-12 else 1e-12
         y = y if abs(y) >= 1e-12 else 1e-12
         x1, x2 = (-length - start_x) / x, (length - start_x) / x
@@ -150,7 +166,7 @@ def thing_shadow(
     return bits
 
 
-@compiled
+@leaf
 def thing_shadows(
     bearing: float,
     half: float,
@@ -167,12 +183,11 @@ def thing_shadows(
     """
     bits = 0
     sine, cosine = sine_cosine(yaw)
-    place = np.empty(3)
     for b in range(len(things)):
         thing = objects[int(things[b, 0])]
         x, y = thing[0] - eye_x, thing[1] - eye_y
-        place[0], place[1], place[2] = cosine * x + sine * y, cosine * y - sine * x, thing[2] - yaw
-        bits |= thing_shadow(bearing, half, distance, place, things[b, 1], things[b, 2])
+        ahead, left = cosine * x + sine * y, cosine * y - sine * x
+        bits |= thing_shadow(bearing, half, distance, ahead, left, thing[2] - yaw, things[b, 1], things[b, 2])
         if bits == ALL_RAYS:
             break
     return bits
@@ -181,7 +196,8 @@ def thing_shadows(
 @leaf
 def share_in_sight(hidden: int) -> float:
     """Return the fraction of a marker's width whose rays are not among the hidden ones."""
-    bits = 0
-    for ray in range(len(RAYS)):
-        bits += (hidden >> ray) & 1
+    bits, left = 0, hidden
+    while left > 0:
+        bits += 1
+        left &= left - 1  # without its lowest bit
     return 1.0 - bits / len(RAYS)

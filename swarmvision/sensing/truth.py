@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarmvision import recycling
 from swarmvision.compiled import compiled
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
@@ -94,7 +95,7 @@ def sight(
         nan where empty but for the fraction, which is 0 there, ``(w, r, k, 4)``.
     """
     shape = (*pose.shape[:2], most)
-    who, seen = np.empty(shape, np.int64), np.empty((4, *shape))
+    who, seen = recycling.empty(shape, np.int64), recycling.empty((4, *shape))
     look = look_abreast if pose.shape[1] <= ABREAST_ROBOTS else look_in_turn
     limits = (view.reach, view.limit, view.radius, view.occlusion, view.ahead, least)
     look(pose, objects, limits, view.things, most, who.reshape(-1), seen.reshape(4, -1))
@@ -103,8 +104,8 @@ def sight(
 
 def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = None) -> Estimates:
     """Return what :func:`sight` found, and of which kind, as estimates without error, shape ``(..., k)``."""
-    there, age = np.empty(who.shape, bool), np.empty(who.shape)
-    covariance = np.empty((*who.shape, 3, 3))
+    there, age = recycling.empty(who.shape, bool), recycling.empty(who.shape)
+    covariance = recycling.empty((*who.shape, 3, 3))
     _fill_perfect(who.reshape(-1), there.reshape(-1), age.reshape(-1), covariance.reshape(-1, 9))
     return Estimates.given(
         seen=there,
