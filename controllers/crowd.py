@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmvision import recycling
 from swarmvision.compiled import leaf
 from swarmvision.data import SECTOR_BEARINGS, BoolArray, Estimates, Senses
 from swarmvision.geometry import FloatArray
@@ -45,7 +46,7 @@ class Crowd:
     @property
     def anybody(self) -> BoolArray:
         """Whether anybody counts, shape ``(...)``."""
-        return np.asarray(np.any(self.counts, axis=-1))
+        return np.asarray(self._weights() > 0.0)
 
     @property
     def offset(self) -> ComplexArray:
@@ -65,7 +66,13 @@ class Crowd:
 
     def mean(self, value: ComplexArray | FloatArray) -> ComplexArray:
         """Return the weighted mean of a value ``(..., k)``; less where all weigh little, 0 for nobody."""
-        return np.asarray(self.total(value) / np.maximum(np.sum(self.weight, axis=-1), 1.0))
+        return np.asarray(self.total(value) / np.maximum(self._weights(), 1.0))
+
+    def _weights(self) -> FloatArray:
+        """Return the sum of the weights, shape ``(...)``."""
+        total = np.empty(self.weight.shape[:-1])
+        _weigh(self.weight.reshape(total.size, self.weight.shape[-1]), total.reshape(-1))
+        return total
 
     def heading(self) -> ComplexArray:
         """Return the mean direction, of length 1, in which the robot itself and its neighbours face."""
@@ -86,8 +93,8 @@ def crowd(estimates: Estimates, reach: float, forget: float = 0.0) -> Crowd:
         forget: Time (s) in which what is not measured anew loses all but 1/e of its weight; 0 for never.
     """
     shape = estimates.seen.shape
-    weight, distance = np.empty(shape), np.empty(shape)
-    towards, facing = np.empty(shape, np.complex128), np.empty(shape, np.complex128)
+    weight, distance = recycling.empty(shape), recycling.empty(shape)
+    towards, facing = recycling.empty(shape, np.complex128), recycling.empty(shape, np.complex128)
     _count(
         estimates.seen.reshape(-1),
         estimates.range.reshape(-1),
@@ -134,6 +141,16 @@ def _count(
 
 
 @leaf
+def _weigh(weight: FloatArray, total: FloatArray) -> None:
+    """Fill in the sums ``(n,)`` of weights ``(n, k)``."""
+    for n in range(len(weight)):
+        whole = 0.0
+        for k in range(weight.shape[1]):
+            whole += weight[n, k]
+        total[n] = whole
+
+
+@leaf
 def _sum(weight: FloatArray, value: ComplexArray, total: ComplexArray) -> None:
     """Fill in the weighted sums ``(n,)`` of values ``(n, k)``."""
     for n in range(len(weight)):
@@ -166,6 +183,12 @@ def _offset(place: FloatArray) -> tuple[ComplexArray, BoolArray]:
     farther = np.max(np.abs(place), axis=-1, keepdims=True) / FARTHEST
     place = place / np.maximum(farther, 1.0)
     return place[..., 0] + 1j * place[..., 1], known
+
+
+def obstacle_near(senses: Senses, obstacle_range: float) -> BoolArray:
+    """Return whether the proximity ring meets anything within a range (m), shape ``(...)``."""
+    near = senses.proximity < obstacle_range
+    return np.asarray(near.any(axis=-1)) if near.any() else np.zeros(senses.shape, dtype=bool)
 
 
 def push_of_obstacles(

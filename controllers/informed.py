@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import InformedConfig
-from swarmvision.controllers.crowd import crowd, goal_offset, unit
+from swarmvision.controllers.crowd import crowd, goal_offset, obstacle_near, unit
 from swarmvision.controllers.kobot import wanted_direction
 from swarmvision.controllers.law import reflex_of_senses
 from swarmvision.controllers.motion import turn_and_go, with_alone
@@ -37,7 +37,7 @@ def migrate(senses: Senses, config: InformedConfig) -> Commands:
     pull = unit(goal) * np.minimum(np.abs(goal) / config.arrival_range, 1.0)
     wanted = wanted_direction(senses, others, config) + config.goal_gain * pull
     commands = turn_and_go(wanted.real, wanted.imag, config.speed, config.turn_gain)
-    obstacle = np.any(senses.proximity < config.obstacle_range, axis=-1)
+    obstacle = obstacle_near(senses, config.obstacle_range)
     return with_alone(commands, others.anybody | obstacle | informed, config.alone, config.speed)
 
 

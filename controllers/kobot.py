@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.config.controller import KobotConfig
-from swarmvision.controllers.crowd import ComplexArray, Crowd, crowd, push_of_obstacles
+from swarmvision.controllers.crowd import ComplexArray, Crowd, crowd, obstacle_near, push_of_obstacles
 from swarmvision.controllers.law import reflex_of_senses
 from swarmvision.controllers.motion import turn_and_go, with_alone
 from swarmvision.controllers.proximal import proximal_force
@@ -35,7 +35,7 @@ def flock(senses: Senses, config: KobotConfig) -> Commands:
     others = crowd(senses.neighbours, config.reach, config.forget)
     wanted = wanted_direction(senses, others, config)
     commands = turn_and_go(wanted.real, wanted.imag, config.speed, config.turn_gain)
-    obstacle = np.any(senses.proximity < config.obstacle_range, axis=-1)
+    obstacle = obstacle_near(senses, config.obstacle_range)
     return with_alone(commands, others.anybody | obstacle, config.alone, config.speed)
 
 

@@ -93,6 +93,8 @@ def own_velocity(senses: Senses, drive: ParticleDrive) -> ComplexArray:
 
 def with_alone(commands: Commands, seen_any: BoolArray | np.bool_, policy: Alone, speed: float) -> Commands:
     """Return the commands with the declared policy where a robot sees nobody, shape ``(...)``."""
+    if np.all(seen_any):
+        return commands
     lone_speed = speed if policy == "keep" else 0.0
     lone_turn = SCAN_RATE if policy == "scan" else 0.0
     return Commands(

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from swarmvision import recycling
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 
@@ -34,7 +35,7 @@ class Ranges(Protocol):
 def proximal_force(distance: FloatArray, ranges: Ranges) -> FloatArray:
     """Return the pull (positive) or push towards a neighbour at a range (m), in -1..1."""
     distance = np.ascontiguousarray(distance, dtype=np.float64)
-    force = np.empty(distance.shape)
+    force: FloatArray = recycling.empty(distance.shape)
     inner, outer = ranges.desired_range - ranges.contact_range, ranges.reach - ranges.desired_range
     _pull(distance.reshape(-1), ranges.desired_range, inner, outer, force.reshape(-1))
     return force
