@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import pattern_edges
-from swarmvision.perception.order import median_of, select, weighted_median
+from swarmvision.perception.order import median_of, weighted_median
 from swarmvision.perception.plan import (
     AZIMUTHS,
     BAND_HIGH,
@@ -45,7 +45,7 @@ from swarmvision.perception.plan import (
 BRIGHT_ROWS = 32  # of one column, at most, that tell how bright the band is there
 TRIALS = 72  # headings of the coarse look
 VOTERS = 16  # columns, about, of the coarse look
-ROUNDS = 4  # of the vote
+ROUNDS, SETTLED = 4, 3e-4  # of the vote; rad: a change that no further round is worth
 RIM = 0.93  # of the radius: columns farther out see the surface too slantwise
 JUMP, JUMP_HEIGHT = 0.02, 0.004  # rad; m: a pattern that climbs so much within it jumps, and has no vote
 HEADING_FLOOR = 0.0015  # rad: error that no averaging removes,
@@ -145,7 +145,16 @@ def unroll(
             spare[count] = ground[0] * red + ground[1] * green + ground[2] * blue
             count += 1
             due += every
-    bright = 1.0 / max(select(spare, count, (3 * count) // 4), 1e-6)
+    # The band's own colour is what is brighter than the mean; an order of rows would cost more than all else.
+    mean = above = 0.0
+    for k in range(count):
+        mean += spare[k]
+    mean /= count
+    own = 0
+    for k in range(count):
+        above += spare[k] if spare[k] >= mean else 0.0
+        own += 1 if spare[k] >= mean else 0
+    bright = own / max(above, 1e-6)
     strip[bottom + 1 - top] = strip[bottom - top]
     high, first = float(bottom - top), start + 0.5 * step - top
     for k in range(HEIGHTS):
@@ -262,9 +271,9 @@ def voted_heading(
             last = min(math.ceil((high + slack - heights[BAND_LOW]) / size - 0.5), HEIGHTS)
             area = moment = 0.0
             for k in range(first, last):
-                if signals[i, k] > 0.0:
-                    area += signals[i, k]
-                    moment += signals[i, k] * (k + 0.5)
+                value = max(signals[i, k], 0.0)
+                area += value
+                moment += value * (k + 0.5)
             if area * size <= 0.4 * (high - low):
                 continue
             # A stripe higher than expected, where the pattern climbs, means a larger azimuth: less heading.
@@ -291,7 +300,7 @@ def voted_heading(
                 kept += 1
         change = min(max(change / max(total, 1e-12), -0.6), 0.6)
         heading += change
-        if abs(change) < 1e-4:
+        if abs(change) < SETTLED:
             break
     turn = 2.0 * math.pi
     heading = math.pi - (math.pi - heading) % turn  # into (-pi, pi]

@@ -37,6 +37,12 @@ def select(values: FloatArray, count: int, place: int) -> float:
 
 
 @compiled
+def middle_of(a: float, b: float, c: float) -> float:
+    """Return the median of three numbers."""
+    return max(min(a, b), min(max(a, b), c))
+
+
+@compiled
 def median_of(values: FloatArray, count: int, spare: FloatArray) -> float:
     """Return the median of the first ``count`` numbers; nan of none. ``spare`` is written."""
     if count == 0:

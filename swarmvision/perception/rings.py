@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import BOTH, TOP_ONLY
-from swarmvision.perception.order import median_in_place, median_of
+from swarmvision.perception.order import median_in_place, median_of, middle_of
 from swarmvision.perception.plan import (
     COLUMNS,
     LOWERS,
@@ -72,7 +72,7 @@ def looks_right(
     """
     height, width = image.shape[0], image.shape[1]
     totals, near, tops, bottoms = lines[SPARE_A], lines[SPARE_B], lines[SPARE_C], lines[SPARE_D]
-    step = max(len(columns) // MOST_LOOKS, 1)
+    step = (len(columns) + MOST_LOOKS - 1) // MOST_LOOKS
     looks = seen = 0
     for i in range(0, len(columns), step):
         u = min(max(int(columns[i]), 0), width - 1)
@@ -192,8 +192,12 @@ def step_in(count: int, lines: FloatArray) -> float:
     worst, where = 0.0, 0.0
     for k in range(2, count - 1):
         first, last = max(k - 3, 0), min(k + 3, count)
-        before = median_of(gaps[first:k], k - first, spare)
-        after = median_of(gaps[k:last], last - k, spare)
+        if first + 3 == k and k + 3 == last:
+            before = middle_of(gaps[first], gaps[first + 1], gaps[first + 2])
+            after = middle_of(gaps[k], gaps[k + 1], gaps[k + 2])
+        else:
+            before = median_of(gaps[first:k], k - first, spare)
+            after = median_of(gaps[k:last], last - k, spare)
         step = abs(after - before) - STEP_SLACK - STEP_SHARE * min(before, after)
         if step > worst:
             worst, where = step, (columns[k - 1] + columns[k]) / 2.0
@@ -226,8 +230,9 @@ def row_edge(
         strip[0] = signal(image, light, direction, first, column)
         for k in range(1, known):
             strip[k] = signal(image, light, direction, first + k, column)
-            if strip[k] - strip[k - 1] > steepest:
-                steepest, row = strip[k] - strip[k - 1], float(first + k)
+            rise = strip[k] - strip[k - 1]
+            row = float(first + k) if rise > steepest else row  # no branch: it would be guessed wrong
+            steepest = max(steepest, rise)
     last = -1
     for _ in range(2):  # the first round centres the window on the edge
         start = math.floor(row + 0.5) - window

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import BOTH, TOP_ONLY
+from swarmvision.perception.order import middle_of
 from swarmvision.perception.plan import TOP_RING
 from swarmvision.perception.rings import signal
 
@@ -119,12 +120,6 @@ def end_rows(rows: FloatArray, outward: int, ring: int) -> tuple[float, float]:
         middle_of(rows[one, 2 * ring], rows[two, 2 * ring], rows[three, 2 * ring]),
         middle_of(rows[one, 2 * ring + 1], rows[two, 2 * ring + 1], rows[three, 2 * ring + 1]),
     )
-
-
-@compiled
-def middle_of(a: float, b: float, c: float) -> float:
-    """Return the median of three numbers."""
-    return max(min(a, b), min(max(a, b), c))
 
 
 @compiled
