@@ -118,16 +118,16 @@ def advance(
     for first in range(0, worlds, ABREAST):
         last = min(first + ABREAST, worlds)
         for w in range(first, last):
-            near[w - first] = _near(state, w * n, bounds[0], grips, margin, pairs[w - first])
+            near[w - first] = _pair_up(state, w * n, bounds[0], grips, margin, pairs[w - first])
             walled[w - first] = _near_walls(state, w * n, bounds[1], grips, room, margin)
             now[w - first] = False
         for s in range(len(ahead)):
             _roll_all(state, first, last, ahead[s], turning[s], grips, dt, lead)
             for w in range(first, last):
-                if near[w - first] == 0 and not walled[w - first]:
+                close = pairs[w - first, : near[w - first]]
+                if not walled[w - first] and _near(state, w * n, bounds[0], close) == 0:
                     continue
                 _fetch(state, w * n, world)
-                close = pairs[w - first, : near[w - first]]
                 count = _meet_all(
                     world, shapes, bounds[1], grips, room, r, close, walled[w - first], who, contacts
                 )
@@ -265,7 +265,18 @@ def _settle(state: FloatArray, first: int, last: int) -> int:
 
 
 @leaf
-def _near(
+def _near(state: FloatArray, first: int, bound: FloatArray, pairs: IntArray) -> int:
+    """Return how many pairs are so near now that they may touch."""
+    x, y, near = state[X][first:], state[Y][first:], 0
+    for p in range(len(pairs)):
+        i, j = pairs[p, 0], pairs[p, 1]
+        dx, dy, reach = x[j] - x[i], y[j] - y[i], bound[i] + bound[j]
+        near += 1 if dx * dx + dy * dy < reach * reach else 0
+    return near
+
+
+@leaf
+def _pair_up(
     state: FloatArray, first: int, bound: FloatArray, grips: FloatArray, margin: float, pairs: IntArray
 ) -> int:
     """Fill in the pairs of bodies that can touch in this period, of which one can move; return how many."""
