@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.colour import decode
+from swarmvision.colour import decode, encode
 from swarmvision.config.camera import LENSES
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.config.model import validated
@@ -98,7 +98,65 @@ def test_what_a_row_keeps_from_the_one_above_is_never_seen() -> None:
     np.testing.assert_array_equal(scene[203:], other[203:])
 
 
-@pytest.mark.parametrize("code", [30, 90, 160, 220])
+def court(lens: Lens, seed: int) -> NDArray[np.uint8]:
+    """Boxes of even and of shaded colour before a wall and a floor."""
+    rng = np.random.default_rng(seed)
+    image = grey(190, lens)
+    image[lens.height_px // 2 :] = 215
+    for _ in range(12):
+        top, left = rng.integers(0, lens.height_px - 8), rng.integers(0, lens.width_px - 8)
+        colour = rng.integers(20, 236, 3)
+        image[top : top + rng.integers(4, 30), left : left + rng.integers(4, 40)] = colour
+    shaded = (120.0 + 60.0 * np.sin(np.linspace(0.0, 3.0, 30))).astype(np.uint8)
+    image[10:40, 20:50] = shaded[None, :, None]
+    return image
+
+
+def spoilt_plainly(
+    image: NDArray[np.uint8], config: ImperfectionsConfig, lens: Lens, turn_rate: float
+) -> NDArray[np.float64]:
+    """The chain before the noise, slowly and in floating point: sRGB codes, not rounded."""
+    light = decode(image)
+    psf = discrete_gaussian(config.defocus)
+    radius, reach = len(psf) // 2, lens.width_px
+    high = np.pad(light, ((radius, radius), (0, 0), (0, 0)), mode="edge")
+    light = sum(w * high[j : j + lens.height_px] for j, w in enumerate(psf))
+    wide = np.pad(light, ((0, 0), (reach, reach), (0, 0)), mode="edge")
+    speed = lens.focal_px * turn_rate
+    columns = np.arange(-reach, lens.width_px + reach)
+    for y in range(lens.height_px):
+        shift = speed * config.readout_time * ((y + 0.5) / lens.height_px - 0.5)
+        ways = shift + abs(speed) * config.exposure_time * (np.arange(400) + 0.5 - 200.0) / 400.0
+        inner = columns[reach:-reach]
+        for c in range(3):
+            moved = np.mean([np.interp(inner - way, columns, wide[y, :, c]) for way in ways], axis=0)
+            ends = np.pad(moved, radius, mode="edge")
+            light[y, :, c] = sum(w * ends[j : j + lens.width_px] for j, w in enumerate(psf))
+    rows, columns = np.mgrid[: lens.height_px, : lens.width_px] + 0.5
+    off = ((rows - lens.centre_px[1]) ** 2 + (columns - lens.centre_px[0]) ** 2) / lens.focal_px**2
+    gains = config.gain * np.array(config.white_balance)
+    return encode(light * (1.0 + off)[..., None] ** (-2.0 * config.vignetting) * gains)
+
+
+@pytest.mark.parametrize("turn_rate", [0.0, 0.7, -2.0])
+def test_the_chain_is_that_of_plain_arithmetic(turn_rate: float) -> None:
+    config = IMPERFECTIONS["pi-v1"].model_copy(update={"white_electrons": 0.0, "read_noise": 0.0})
+    lens = Lens(96, 64, 95.0, (48.0, 32.0), 0.085)
+    for seed in range(3):
+        image = court(lens, seed)
+        wanted = spoilt_plainly(image, config, lens, turn_rate)
+        Imperfections(config, lens).spoil(image, 0, turn_rate)
+        off = np.abs(image - wanted)
+        assert off.mean() < 0.5
+        if turn_rate == 0.0:
+            # Half a level of rounding, half a step of the light, 0.2 of the tables; steps of one level pass.
+            assert off.max() < 2.0
+        else:
+            # A shift is true to 1/32 px, and the ends of a kernel may be off by 0.003 each.
+            assert np.abs(decode(image) - decode(wanted)).max() < 1.0 / 32.0 + 0.02
+
+
+@pytest.mark.parametrize("code", [16, 30, 60, 90, 160, 220])
 def test_noise_follows_its_law(code: int) -> None:
     faults = flawed(white_electrons=4000.0, read_noise=4.0)
     image = grey(code)
@@ -110,6 +168,30 @@ def test_noise_follows_its_law(code: int) -> None:
     assert abs(noise.mean()) < 0.05
     assert abs(np.corrcoef(noise[:-1].ravel(), noise[1:].ravel())[0, 1]) < 0.02
     assert abs(np.corrcoef(noise[:, :-1, 0].ravel(), noise[:, 1:, 0].ravel())[0, 1]) < 0.02
+
+
+def test_noise_does_not_repeat_within_a_picture_or_between_pictures() -> None:
+    faults = flawed(white_electrons=4000.0, read_noise=4.0)
+    pictures = []
+    for key in (1, 2, 3, 1 << 40):
+        image = grey(128)
+        faults.spoil(image, key)
+        pictures.append((image.astype(float) - 128.0).reshape(460, -1))
+    # Independent samples correlate by 1 / sqrt(883,200) = 0.001. Windows come from one stream: where two of
+    # them are the same, a row is; that may be one in 4096.
+    for i, one in enumerate(pictures):
+        for two in pictures[i + 1 :]:
+            assert abs(np.corrcoef(one.ravel(), two.ravel())[0, 1]) < 0.02
+    rows = pictures[0] - pictures[0].mean(axis=1, keepdims=True)
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    alike = np.abs(rows @ rows.T) > 0.5
+    np.fill_diagonal(alike, False)
+    assert alike.sum() / 2 < 60  # of 105,570 pairs 26 on average: one in 4096
+    # No part of the picture comes again at a fixed distance below or beside.
+    spectrum = np.abs(np.fft.fft2(pictures[0])) ** 2
+    again = np.fft.ifft2(spectrum).real
+    again[0, 0] = 0.0
+    assert np.abs(again).max() < 0.02 * spectrum.mean()
 
 
 def test_noise_saturates_and_never_wraps() -> None:

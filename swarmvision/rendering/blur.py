@@ -27,10 +27,11 @@ Longs = NDArray[np.uint64]
 
 FINE = 64  # steps of one code
 ONE = 1 << 16  # the sum of a kernel's weights; but one alone is 1 less
+FAINT = 200  # a weight that, at an end, is given to the next: 0.003
 WORD = 8  # bytes whose changes are told by one bit
 BLOCK = 32  # bytes that are worked on together
 BITS = BLOCK // WORD  # that tell of them
-TAPS = 5  # that are added at once
+TAPS, LINES = 8, 5  # weights along a row and down a column that are added at once
 PHASES = 16  # places within a pixel that a row's shift is rounded to
 ALONG, DOWN = 0, 1  # where a row is not as it is a pixel to the right; where not as the row above
 LIGHT, BLURRED, FRESH = (
@@ -77,23 +78,32 @@ def blur_taps(
         else:
             box[i] = max(1.0 - abs(start + i - shift), 0.0)
     radius = len(psf) // 2
-    total, largest = 0, 0
-    for t in range(count + 2 * radius):
+    number = count + 2 * radius
+    for t in range(number):
         weight = 0.0
         for r in range(len(psf)):
             i = t - r
             if 0 <= i < count:
                 weight += psf[r] * box[i]
         taps[t] = math.floor(weight * ONE + 0.5)
+    begin = 0
+    while number - begin > 1 and taps[begin] < FAINT:
+        taps[begin + 1] += taps[begin]
+        begin += 1
+    while number - begin > 1 and taps[number - 1] < FAINT:
+        taps[number - 2] += taps[number - 1]
+        number -= 1
+    total, largest = 0, begin
+    for t in range(begin, number):
         total += taps[t]
         if taps[t] > taps[largest]:
             largest = t
     taps[largest] += ONE - total
-    for t in range(count + 2 * radius + TAPS):
-        each = np.uint16(min(taps[t], ONE - 1) if t < count + 2 * radius else 0)
+    for t in range(number - begin + TAPS):
+        each = np.uint16(min(taps[begin + t], ONE - 1) if begin + t < number else 0)
         for i in range(weights.shape[1]):
             weights[t, i] = each
-    return start - radius, count + 2 * radius
+    return start - radius + begin, number - begin
 
 
 @compiled
@@ -234,20 +244,25 @@ def bring_to_light(image: Image, y: int, bits: Longs, above: int, page: int, lig
 @compiled
 def blur_down(blocks: Places, light: Levels, pages: Places, down: Levels, pad: int, level: Levels) -> None:
     """Blur blocks down their columns; products are cut to 16 bits, which half a unit each makes good."""
-    middle = len(down) // 2
-    half, page = np.uint16(middle), max(pages[middle], 0)
-    for k in range(len(blocks)):
-        start = max(BLOCK * blocks[k], 0)
-        place = max(pad + start, 0)
-        for i in range(down.shape[1]):
-            part = np.uint16((np.uint32(light[page, start + i]) * np.uint32(down[middle, i])) >> 16)
-            level[place + i] = np.uint16(part + half)
-        for j in range(middle):
-            one, two = max(pages[j], 0), max(pages[len(down) - 1 - j], 0)
-            for i in range(down.shape[1]):
-                part = np.uint16((np.uint32(light[one, start + i]) * np.uint32(down[j, i])) >> 16)
-                other = np.uint16((np.uint32(light[two, start + i]) * np.uint32(down[j, i])) >> 16)
-                level[place + i] = np.uint16(level[place + i] + np.uint16(part + other))
+    for j in range(0, len(down), LINES):
+        each = down[j : j + LINES]
+        page0, page1 = light[max(pages[j], 0)], light[max(pages[j + 1], 0)]
+        page2, page3 = light[max(pages[j + 2], 0)], light[max(pages[j + 3], 0)]
+        page4 = light[max(pages[j + 4], 0)]
+        half, old = np.uint16(LINES // 2), np.uint16(0 if j == 0 else ONE - 1)
+        for k in range(len(blocks)):
+            start = max(BLOCK * blocks[k], 0)
+            place = max(pad + start, 0)
+            for i in range(each.shape[1]):
+                value = np.uint16(np.uint16(level[place + i] & old) + half)
+                one = np.uint16((np.uint32(page0[start + i]) * np.uint32(each[0, i])) >> 16)
+                two = np.uint16((np.uint32(page1[start + i]) * np.uint32(each[1, i])) >> 16)
+                value = np.uint16(value + np.uint16(one + two))
+                one = np.uint16((np.uint32(page2[start + i]) * np.uint32(each[2, i])) >> 16)
+                two = np.uint16((np.uint32(page3[start + i]) * np.uint32(each[3, i])) >> 16)
+                value = np.uint16(value + np.uint16(one + two))
+                one = np.uint16((np.uint32(page4[start + i]) * np.uint32(each[4, i])) >> 16)
+                level[place + i] = np.uint16(value + one)
 
 
 @compiled
@@ -271,22 +286,26 @@ def blur_along(
     out: Words,
 ) -> None:
     """Blur blocks along the row and encode them."""
-    half = np.uint16(number // 2)
-    for k in range(len(blocks)):
-        start = max(BLOCK * blocks[k], 0)
-        for i in range(weights.shape[1]):
-            total[start + i] = half
-        for t in range(0, number, TAPS):
-            at, tap = max(pad + start - 3 * (first + t + TAPS - 1), 0), max(t, 0)
-            for i in range(weights.shape[1]):
-                one = np.uint16((np.uint32(level[at + 12 + i]) * np.uint32(weights[tap, i])) >> 16)
-                two = np.uint16((np.uint32(level[at + 9 + i]) * np.uint32(weights[tap + 1, i])) >> 16)
-                light = np.uint16(total[start + i] + np.uint16(one + two))
-                one = np.uint16((np.uint32(level[at + 6 + i]) * np.uint32(weights[tap + 2, i])) >> 16)
-                two = np.uint16((np.uint32(level[at + 3 + i]) * np.uint32(weights[tap + 3, i])) >> 16)
+    for t in range(0, number, TAPS):
+        each = weights[t : t + TAPS]
+        half, old = np.uint16(number // 2 if t == 0 else 0), np.uint16(0 if t == 0 else ONE - 1)
+        for k in range(len(blocks)):
+            start = max(BLOCK * blocks[k], 0)
+            at = max(pad + start - 3 * (first + t + TAPS - 1), 0)
+            for i in range(each.shape[1]):
+                light = np.uint16(np.uint16(total[start + i] & old) + half)
+                one = np.uint16((np.uint32(level[at + 21 + i]) * np.uint32(each[0, i])) >> 16)
+                two = np.uint16((np.uint32(level[at + 18 + i]) * np.uint32(each[1, i])) >> 16)
                 light = np.uint16(light + np.uint16(one + two))
-                one = np.uint16((np.uint32(level[at + i]) * np.uint32(weights[tap + 4, i])) >> 16)
-                total[start + i] = np.uint16(light + one)
+                one = np.uint16((np.uint32(level[at + 15 + i]) * np.uint32(each[2, i])) >> 16)
+                two = np.uint16((np.uint32(level[at + 12 + i]) * np.uint32(each[3, i])) >> 16)
+                light = np.uint16(light + np.uint16(one + two))
+                one = np.uint16((np.uint32(level[at + 9 + i]) * np.uint32(each[4, i])) >> 16)
+                two = np.uint16((np.uint32(level[at + 6 + i]) * np.uint32(each[5, i])) >> 16)
+                light = np.uint16(light + np.uint16(one + two))
+                one = np.uint16((np.uint32(level[at + 3 + i]) * np.uint32(each[6, i])) >> 16)
+                two = np.uint16((np.uint32(level[at + i]) * np.uint32(each[7, i])) >> 16)
+                total[start + i] = np.uint16(light + np.uint16(one + two))
     # Not at once behind the blur, for single numbers of what is just stored are not there to be read.
     for k in range(len(blocks)):
         start = max(BLOCK * blocks[k], 0)

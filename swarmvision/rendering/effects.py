@@ -171,7 +171,8 @@ def spoil(
     Args:
         image: sRGB, shape ``(h, 3 w)``.
         psf: Blur of the lens along a row, odd, sums to 1.
-        down: The same down a column, as weights that sum to ``ONE``.
+        down: The same down a column, as weights that sum to ``ONE``, see
+            :func:`swarmvision.rendering.blur.blur_down`.
         shear: Shift of a row to the right over that of the row above (px); the middle row stays.
         length: Of the motion blur (px).
         rows: Two row factors of the gain, a 1 for rounding, and whether the gain is taken anew, ``(h, 4)``;
@@ -205,7 +206,7 @@ def spoil(
         lists: Scratch, ``(3, m / BLOCK)``; the last counts from 0.
     """
     height, n = image.shape
-    radius, size, m = len(down) // 2, light.shape[0], words.shape[1]
+    radius, size, m = len(psf) // 2, light.shape[0], words.shape[1]
     firsts, counts, held, pages = places[0], places[1], places[2], places[3, : len(down)]
     plain, std, pad, every = words[1], words[2], m + BLOCK, lists[2]
     row = words[0] if len(rows) > 0 else plain

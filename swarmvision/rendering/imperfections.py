@@ -30,7 +30,7 @@ from swarmvision.colour import decode
 from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.data import BoolArray
 from swarmvision.geometry import FloatArray
-from swarmvision.rendering.blur import BLOCK, FINE, ONE, Image
+from swarmvision.rendering.blur import BLOCK, FINE, LINES, ONE, Image
 from swarmvision.rendering.effects import GAIN_ONE, LEHMER, LEHMER_PRIME, OFFSET, STARTS, STRIDE
 from swarmvision.rendering.spoiling import Dirt, Faults, aligned, spoil_picture
 
@@ -161,9 +161,10 @@ def discrete_gaussian(std: float) -> FloatArray:
 
 
 def _weights(psf: FloatArray) -> NDArray[np.uint16]:
-    """Return whole weights that sum to ``ONE``, or one less, each as wide as a block."""
+    """Return whole weights that sum to ``ONE``, or one less, each as wide as a block, in groups of ``LINES``."""
     weights = np.rint(psf * ONE).astype(np.int64)
     weights[len(psf) // 2] += ONE - weights.sum()
+    weights = np.append(weights, np.zeros(-len(psf) % LINES, np.int64))
     return np.repeat(np.minimum(weights, ONE - 1).astype(np.uint16)[:, None], BLOCK, axis=1)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
-from swarmvision.rendering.blur import BLOCK, PHASES, WORD, Image, Levels, Longs, Places, Words
+from swarmvision.rendering.blur import BLOCK, LINES, PHASES, WORD, Image, Levels, Longs, Places, Words
 from swarmvision.rendering.effects import LEHMER_PRIME
 
 LINE = 64  # bytes of a line of the cache; loads across two cost twice
@@ -82,7 +82,7 @@ class Dirt(NamedTuple):
             box=np.zeros(reach),
             taps=np.zeros(reach, np.int64),
             weights=aligned((PHASES, reach, BLOCK), np.uint16),
-            places=np.zeros((4, max(PHASES, kernel + 1)), np.int64),
+            places=np.zeros((4, max(PHASES, kernel + LINES)), np.int64),
             lists=lists,
         )
 
