@@ -117,7 +117,14 @@ def _tent_integral(x: float) -> float:
 
 @compiled
 def find_changes(
-    image: Image, mask: Image, mask_words: Longs, told: Image, told_words: Longs, bits: Longs, origin: Places
+    image: Image,
+    blurs: bool,
+    mask: Image,
+    mask_words: Longs,
+    told: Image,
+    told_words: Longs,
+    bits: Longs,
+    origin: Places,
 ) -> None:
     """Tell in which words a row has a pixel that is not as the one to its right, or as the one above.
 
@@ -125,6 +132,7 @@ def find_changes(
 
     Args:
         image: sRGB, ``(h, 3 w)``.
+        blurs: Whether the first matters.
         mask: Zeros, a byte for each of a row, ``(2, 512 longs)``; longs are 64 words.
         mask_words: The same memory, ``WORD`` bytes at a time.
         told: Scratch, a byte for each word, ``(2, 64 longs)``.
@@ -140,12 +148,12 @@ def find_changes(
             change = np.uint8(change | (image[y, i] ^ image[over, i]))
         origin[y] = y if y == 0 or change != 0 else origin[over]
         if origin[y] == y:
-            for i in range(n - 3):
+            for i in range(n - 3 if blurs else 0):
                 one, two = image[y, i], image[y, i + 3]
                 mask[ALONG, i] = np.uint8(np.uint8(max(one, two) - min(one, two)) & np.uint8(254))
             for i in range(n):
                 mask[DOWN, i] = image[y, i] ^ image[over, i]
-            for kind in range(2):
+            for kind in range(ALONG if blurs else DOWN, 2):
                 for w in range(told.shape[1]):
                     told[kind, w] = np.uint8(mask_words[kind, w] != 0)
                 for k in range(bits.shape[2]):
@@ -207,15 +215,17 @@ def plan_row(
     if moved:
         for k in range(longs):
             marks[FRESH, k] |= marks[BLURRED, k]
-    light, fresh, some = 0, 0, np.uint64((1 << BITS) - 1)
-    for b in range(lists.shape[1]):
-        k, shift = max(b // (64 // BITS), 0), np.uint64(BITS * (b % (64 // BITS)))
-        lists[0, light] = b
-        lists[1, fresh] = b
-        if (marks[LIGHT, k] >> shift) & some != 0:
-            light += 1
-        if (marks[FRESH, k] >> shift) & some != 0:
-            fresh += 1
+    light, fresh, some, each = 0, 0, np.uint64((1 << BITS) - 1), 64 // BITS
+    for k in range(longs):
+        if marks[LIGHT, k] | marks[FRESH, k] != 0:
+            for b in range(each * k, min(each * (k + 1), lists.shape[1])):
+                shift = np.uint64(BITS * (b - each * k))
+                lists[0, light] = b
+                lists[1, fresh] = b
+                if (marks[LIGHT, k] >> shift) & some != 0:
+                    light += 1
+                if (marks[FRESH, k] >> shift) & some != 0:
+                    fresh += 1
     for k in range(longs):
         blurred |= marks[BLURRED, k]
     return light, fresh, bool(blurred != 0)

@@ -211,7 +211,7 @@ def spoil(
     plain, std, pad, every = words[1], words[2], m + BLOCK, lists[2]
     row = words[0] if len(rows) > 0 else plain
     blurs = radius > 0 or length > 0.0 or shear != 0.0
-    find_changes(image, mask, mask_words, told, told_words, changes, origin)
+    find_changes(image, blurs, mask, mask_words, told, told_words, changes, origin)
     for i in range(len(counts)):
         counts[i] = 0
     for k in range(marks.shape[1]):

@@ -161,7 +161,7 @@ def discrete_gaussian(std: float) -> FloatArray:
 
 
 def _weights(psf: FloatArray) -> NDArray[np.uint16]:
-    """Return whole weights that sum to ``ONE``, or one less, each as wide as a block, in groups of ``LINES``."""
+    """Return whole weights that sum to ``ONE``, or one less, as wide as a block, in groups of ``LINES``."""
     weights = np.rint(psf * ONE).astype(np.int64)
     weights[len(psf) // 2] += ONE - weights.sum()
     weights = np.append(weights, np.zeros(-len(psf) % LINES, np.int64))
