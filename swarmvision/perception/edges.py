@@ -136,11 +136,11 @@ def readings(image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch)
 def estimates(rows: FloatArray) -> Estimates:
     """Return what :func:`read_edges_into` wrote, ``(k, ROW)``, as estimates in the lens frame, ``(k,)``."""
     k = len(rows)
-    return Estimates(
+    return Estimates.given(
         seen=np.ones(k, dtype=bool),
-        range=rows[:, RANGE],
-        bearing=rows[:, BEARING],
-        heading=rows[:, HEADING],
+        range=rows[:, RANGE].copy(),
+        bearing=rows[:, BEARING].copy(),
+        heading=rows[:, HEADING].copy(),
         covariance=_covariances(rows),
         age=np.zeros(k),
         track=np.full(k, -1),

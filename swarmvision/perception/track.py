@@ -132,16 +132,16 @@ class Beliefs(NamedTuple):
         """Return them padded, robot frame, shape ``(r, k)``; k is the most that one robot believes in."""
         k = int(self.used.max(initial=0))
         seen = np.arange(k) < self.used[:, None]
-        polar = np.where(seen[..., None], self.polar[:, :k], math.nan)
-        return Estimates(
+        reach, bearing, heading, age = (np.where(seen, self.polar[:, :k, i], math.nan) for i in range(4))
+        return Estimates.given(
             seen=seen,
-            range=polar[..., 0],
-            bearing=polar[..., 1],
-            heading=polar[..., 2],
+            range=reach,
+            bearing=bearing,
+            heading=heading,
             covariance=np.where(seen[..., None, None], self.covariance[:, :k], math.nan),
-            age=polar[..., 3],
+            age=age,
             track=np.where(seen, self.number[:, :k], -1),
-            visible=np.where(seen, polar[..., 4], 0.0),
+            visible=np.where(seen, self.polar[:, :k, 4], 0.0),
         )
 
 
