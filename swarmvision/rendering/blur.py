@@ -132,7 +132,7 @@ def find_changes(
 
     Args:
         image: sRGB, ``(h, 3 w)``.
-        blurs: Whether the first matters.
+        blurs: Whether to tell more than which rows are the same.
         mask: Zeros, a byte for each of a row, ``(2, 512 longs)``; longs are 64 words.
         mask_words: The same memory, ``WORD`` bytes at a time.
         told: Scratch, a byte for each word, ``(2, 64 longs)``.
@@ -147,13 +147,13 @@ def find_changes(
         for i in range(n):
             change = np.uint8(change | (image[y, i] ^ image[over, i]))
         origin[y] = y if y == 0 or change != 0 else origin[over]
-        if origin[y] == y:
-            for i in range(n - 3 if blurs else 0):
+        if blurs and origin[y] == y:
+            for i in range(n - 3):
                 one, two = image[y, i], image[y, i + 3]
                 mask[ALONG, i] = np.uint8(np.uint8(max(one, two) - min(one, two)) & np.uint8(254))
             for i in range(n):
                 mask[DOWN, i] = image[y, i] ^ image[over, i]
-            for kind in range(ALONG if blurs else DOWN, 2):
+            for kind in range(2):
                 for w in range(told.shape[1]):
                     told[kind, w] = np.uint8(mask_words[kind, w] != 0)
                 for k in range(bits.shape[2]):

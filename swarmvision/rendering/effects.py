@@ -61,13 +61,11 @@ LEHMER, LEHMER_PRIME = 48271, 2147483647  # S. K. Park, K. W. Miller, CACM 31, 1
 
 
 @compiled
-def _widen(blocks: Places, source: Image, out: Words) -> None:
-    """Take blocks as they are."""
-    for k in range(len(blocks)):
-        start = max(BLOCK * blocks[k], 0)
-        part, there = source[start : start + BLOCK], out[start : start + BLOCK]
-        for i in range(len(part)):
-            there[i] = np.int16(np.int16(part[i]) << 6)
+def _widen(image: Image, y: int, out: Words) -> None:
+    """Take a row as it is."""
+    y = max(y, 0)
+    for i in range(image.shape[1]):
+        out[i] = np.int16(np.int16(image[y, i]) << 6)
 
 
 @compiled
@@ -216,7 +214,7 @@ def spoil(
         counts[i] = 0
     for k in range(marks.shape[1]):
         marks[BLURRED, k] = 0
-    read, page, seen_shift, soft, first, count, phase = 0, 0, 0, False, 0, 1, 0
+    read, page, seen_shift, soft = 0, 0, 0, False
     for y in range(height):
         above, below = max(y - radius, 0), min(y + radius + 1, height)
         while blurs and read < below:
@@ -232,31 +230,31 @@ def spoil(
         shift = math.floor(shear * (y + 0.5 - height / 2.0) * PHASES + 0.5)
         moved, seen_shift = shift != seen_shift, shift
         bright, fresh = 0, 0
-        if news or (moved and soft):
-            back, ahead = 0, 0
-            if blurs:
-                phase = shift % PHASES
-                if counts[phase] == 0:
-                    firsts[phase], counts[phase] = blur_taps(
-                        psf, phase / PHASES, length, box, taps, weights[phase]
-                    )
-                first, count = firsts[phase] + shift // PHASES, counts[phase]
-                # A change is seen from its last tap to its first, and where it is, so that a block which is
-                # left alone may keep what it has.
-                back, ahead = 3 * max(first + count - 1, 0), 3 * max(-first, 0)
+        if news and not blurs:
+            _widen(image, y, plain)
+            fresh = len(every)
+        elif news or (moved and soft):
+            phase = shift % PHASES
+            if counts[phase] == 0:
+                firsts[phase], counts[phase] = blur_taps(
+                    psf, phase / PHASES, length, box, taps, weights[phase]
+                )
+            first, count = firsts[phase] + shift // PHASES, counts[phase]
+            # A change is seen from its last tap to its first, and where it is, so that a block which is left
+            # alone may keep what it has.
+            back, ahead = 3 * max(first + count - 1, 0), 3 * max(-first, 0)
             reach = (-ahead // WORD, (back + WORD - 1) // WORD)
             bright, fresh, soft = plan_row(changes, origin, above, below, reach, moved, window, marks, lists)
             if y == 0:
                 bright = fresh = len(every)
-        some = every if y == 0 else lists[1, :fresh]
-        if fresh > 0 and blurs:
             for j in range(len(down)):
                 pages[j] = held[min(max(y + j - radius, 0), height - 1) % size]
             blur_down(every if y == 0 else lists[0, :bright], light, pages, down, pad, level)
             go_on(level, pad, n, back, ahead)
-            blur_along(some, first, weights[phase], count, level, pad, total, plain)
-        elif fresh > 0:
-            _widen(some, image[y], plain)
+            blur_along(
+                every if y == 0 else lists[1, :fresh], first, weights[phase], count, level, pad, total, plain
+            )
+        some = every if fresh == len(every) else lists[1, :fresh]
         if len(rows) > 0 and (fresh > 0 or rows[y, 3] != 0):
             if rows[y, 3] != 0:
                 _gain_of_row(rows[y], columns, gain)
