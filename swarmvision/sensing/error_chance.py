@@ -60,7 +60,13 @@ def share(bits: np.uint64) -> float:
 @compiled
 def normal(bits: np.uint64, number: int, normals: FloatArray) -> float:
     """Return one of three normal deviates that 64 random bits hold beside their :func:`share`."""
-    return float(normals[int((bits >> np.uint64(DEVIATE_BITS * number)) & np.uint64(NORMALS - 1))])
+    return float(normals[entry(bits, number)])
+
+
+@compiled
+def entry(bits: np.uint64, number: int) -> int:
+    """Return the place of that deviate in the table; a call with numbers alone costs a kernel nothing."""
+    return int((bits >> np.uint64(DEVIATE_BITS * number)) & np.uint64(NORMALS - 1))
 
 
 @compiled
@@ -75,7 +81,14 @@ def bin_of(edges: FloatArray, value: float) -> int:
 @compiled
 def picked(quantiles: FloatArray, first: int, deviate: float) -> float:
     """Return the quantile at a normal deviate, of those from ``first`` on; beyond the last, the last."""
+    n, part = between(deviate)
+    low, high = quantiles[first + n], quantiles[first + n + 1]
+    return float(low + part * (high - low))
+
+
+@compiled
+def between(deviate: float) -> tuple[int, float]:
+    """Return behind which quantile a deviate is, and which part of the way to the next."""
     place = min(max((deviate - FIRST) * PER_DEVIATE, 0.0), LAST - 1e-9)
     n = int(place)
-    low, high = quantiles[first + n], quantiles[first + n + 1]
-    return float(low + (place - n) * (high - low))
+    return n, place - n

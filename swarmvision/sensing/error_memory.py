@@ -32,7 +32,11 @@ class Slots(NamedTuple):
     number: IntArray
     """Of the track, as a tracker counts them, ``(w, r, k)``."""
     deviate: FloatArray
-    """Normal deviates of range, bearing, heading; of a phantom its pose in the world, ``(w, r, k, 3)``."""
+    """Lasting normal deviates of range, bearing, heading, left positive, ``(w, r, k, 3)``."""
+    place: FloatArray
+    """Where it is believed to be: x, y (m), yaw (rad) in the world, ``(w, r, k, 3)``."""
+    pace: FloatArray
+    """How that is believed to change (m/s, rad/s), ``(w, r, k, 3)``."""
 
     @classmethod
     def of(cls, worlds: int, robots: int, slots: int) -> Slots:
@@ -46,6 +50,8 @@ class Slots(NamedTuple):
             visible=np.empty(shape),
             number=np.empty(shape, np.int64),
             deviate=np.empty((*shape, 3)),
+            place=np.empty((*shape, 3)),
+            pace=np.empty((*shape, 3)),
         )
 
 
@@ -53,7 +59,11 @@ class Minds(NamedTuple):
     """What is an observer's own, whomever it sees."""
 
     common: FloatArray
-    """Deviates that all of an observer's neighbours share, ``(w, r, 3)``."""
+    """Lasting deviates that all of an observer's neighbours share, ``(w, r, 3)``."""
+    pose: FloatArray
+    """True pose at the last call, ``(w, r, 3)``."""
+    way: FloatArray
+    """Forward way (m) and turn (rad) by the encoders until then, ``(w, r, 2)``."""
     following: IntArray
     """Number of the observer's next track, ``(w, r)``."""
     picture: IntArray
@@ -79,6 +89,8 @@ class ErrorMemory:
         shape = (*keys.shape, slots)
         minds = Minds(
             common=np.zeros((*keys.shape, 3)),
+            pose=np.zeros((*keys.shape, 3)),
+            way=np.zeros((*keys.shape, 2)),
             following=np.zeros(keys.shape, np.int64),
             picture=np.zeros(len(keys), np.int64),
             keys=keys.astype(np.uint64),

@@ -21,16 +21,20 @@ import numpy as np
 
 from swarmvision import recycling
 from swarmvision.config.arena import ArenaConfig
-from swarmvision.config.camera import RIGS
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import ErrorModelSensorConfig
 from swarmvision.data import BoolArray, Estimates, IntArray, Picture, Scene
+from swarmvision.drive import Drive
 from swarmvision.geometry import FloatArray
 from swarmvision.randomness import Subsystem, hashed
 from swarmvision.sensing.error_chance import normal_table
+from swarmvision.sensing.error_measure import measure
 from swarmvision.sensing.error_memory import ErrorMemory, Keys
-from swarmvision.sensing.error_steps import CLOCK_SLACK, Tables, Told, imagine, measure, remember, tell
+from swarmvision.sensing.error_numbers import Tables, Told, tell
+from swarmvision.sensing.error_phantoms import imagine
 from swarmvision.sensing.error_table import ErrorTable
+from swarmvision.sensing.error_tracks import CLOCK_SLACK, carry_on, remember
+from swarmvision.sensing.error_views import AHEAD
 from swarmvision.sensing.sight import View
 from swarmvision.sensing.truth import sight
 
@@ -42,23 +46,25 @@ SLOTS_EACH = 2  # where the slots are not limited: one for everybody, and as man
 class ErrorModel:
     """Draws estimates for every robot of every world."""
 
-    def __init__(self, table: ErrorTable, view: View, memory: float) -> None:
+    def __init__(self, table: ErrorTable, view: View, memory: float, period: float) -> None:
         """Prepare the tables.
 
         Args:
             table: Of the errors.
             view: Reach, field of view and what hides.
             memory: How long a neighbour that is not measured is remembered (s).
+            period: Between pictures (s).
         """
-        self._tables = Tables.of(table, normal_table())
-        self._stay, self._phantom = float(table.stay[0]), float(table.phantom[0])
-        self._reach, self._memory = view.reach, memory
+        self._tables = Tables.of(table, normal_table(), period)
+        self._phantom, self._memory = float(table.phantom[0]), memory
+        self._limits = view.reach, period, view.radius
         self._view = replace(view, reach=view.reach * MARGIN)
 
     def believe(
         self,
         pose: FloatArray,
         turn_rate: FloatArray,
+        way: FloatArray,
         objects: FloatArray,
         memory: ErrorMemory,
         exposed: BoolArray,
@@ -69,6 +75,7 @@ class ErrorModel:
         Args:
             pose: Shape ``(w, r, 3)``.
             turn_rate: Of the robots (rad/s), shape ``(w, r)``.
+            way: Forward way (m) and turn (rad) by their encoders since the start, shape ``(w, r, 2)``.
             objects: Poses, shape ``(w, m, 3)``.
             memory: Of the worlds.
             exposed: Whether a picture has been taken since the last call, shape ``(w,)``.
@@ -87,24 +94,27 @@ class ErrorModel:
             recycling.empty(shape),
         )
         most = min(max(shape[1] - 1, 0), CANDIDATES * shape[2])
-        who, found = sight(pose[exposed], objects[exposed], self._view, most, least=-1.0)
+        scenes = (pose, objects) if exposed.all() else (pose[exposed], objects[exposed])
+        who, found = sight(*scenes, self._view, most, least=-1.0)
         with np.errstate(over="ignore"):  # hashes are meant to wrap, where no compiler makes them
-            measure(who, found, exposed, turn_rate, self._reach, self._tables, old, minds, new, gone, told)
-            remember(
+            carry_on(pose, way, passed, old, minds)
+            measure(
                 pose,
+                who,
+                found,
                 exposed,
                 passed,
                 turn_rate,
-                self._memory,
-                self._stay,
+                self._limits,
                 self._tables,
                 old,
                 minds,
-                gone,
                 new,
+                gone,
                 told,
             )
-            imagine(pose, exposed, turn_rate, self._reach, self._phantom, self._tables, minds, new, told)
+            remember(pose, exposed, passed, turn_rate, self._memory, self._tables, old, gone, new, told)
+            imagine(pose, exposed, turn_rate, self._limits[0], self._phantom, self._tables, minds, new, told)
         tell(new, told, seen, age, track, visible)
         memory.exchange()
         return Estimates.given(
@@ -136,7 +146,7 @@ class ErrorModelSensor:
             robots: How many.
             seed: Of the run.
         """
-        self._rate = config.rate_hz
+        self._rate, self._drive = config.rate_hz, Drive.from_config(robot)
         self._model = error_model(config, robot, arena)
         self._memory = ErrorMemory.blank(observer_keys(seed, robots)[None], slots_of(config, robots))
         self._exposures = 0
@@ -150,6 +160,7 @@ class ErrorModelSensor:
         estimates = self._model.believe(
             scene.pose[None],
             scene.velocity[None, :, 2],
+            way_of(scene.wheel_travel[None], self._drive),
             scene.object_pose[None],
             self._memory,
             np.array([due > self._exposures]),
@@ -162,12 +173,17 @@ class ErrorModelSensor:
 def error_model(config: ErrorModelSensorConfig, robot: RobotConfig, arena: ArenaConfig) -> ErrorModel:
     """Return the model of a configured sensor, with the tables that ship with the package."""
     view = camera_view(robot, arena, config.reach, np.radians(config.fov_deg))
-    return ErrorModel(ErrorTable.load(), view, config.memory)
+    return ErrorModel(ErrorTable.load(), view, config.memory, 1.0 / config.rate_hz)
+
+
+def way_of(wheel_travel: FloatArray, drive: Drive) -> FloatArray:
+    """Return the forward way (m) and turn (rad) ``(..., 2)`` of tracks that went so far (m), ``(..., 2)``."""
+    return np.stack(drive.twist(wheel_travel), axis=-1)
 
 
 def camera_view(robot: RobotConfig, arena: ArenaConfig, reach: float, fov: float = 2.0 * np.pi) -> View:
     """Return the view from the lenses of a ring, which stand before the robot's axis."""
-    return replace(View.of(robot, arena, reach, fov), ahead=RIGS["ring-7"].forward)
+    return replace(View.of(robot, arena, reach, fov), ahead=AHEAD)
 
 
 def slots_of(config: ErrorModelSensorConfig, robots: int) -> int:

@@ -4,9 +4,9 @@ Errors are kept as quantiles, not as moments, because their tails are heavy: hal
 right to a fifth of a milliradian, while a robot that spins is wrong by ten. The quantiles stand at
 equal steps of a normal deviate, so a standard normal number picks one without a logarithm.
 
-Signs follow the mirror law: bearing and heading errors are stored times the sign of the observer's turn.
-Range errors of fresh measurements are stored over the square of the range, with which they grow; bearing
-errors of what is only remembered as metres aside, for it is the neighbour that has moved on.
+Signs follow the mirror law: bearing and heading errors are stored times the sign of the observer's turn,
+those of a marker that is cut times the sign of its side (:mod:`swarmvision.sensing.error_views`).
+Range errors are stored over the square of the range, with which they grow.
 """
 
 from __future__ import annotations
@@ -23,16 +23,18 @@ from swarmvision.errors import ConfigError
 from swarmvision.geometry import FloatArray
 
 DEVIATES = np.linspace(-3.0, 3.0, 19)  # where the quantiles stand: every third of a standard deviation
-RANGES = np.array([0.12, 0.15, 0.2, 0.3, 0.45, 0.65, 0.9, 1.2, 1.6, 2.2])  # m, between bins of true range
+RANGES = np.array([0.118, 0.13, 0.15, 0.165, 0.18, 0.2, 0.25, 0.3, 0.45, 0.65, 0.9, 1.2, 1.6, 2.2])
+"""Between bins of true range (m)."""
 TURNS = np.array([0.1, 0.3, 0.8, 1.5])  # rad/s, between bins of the observer's own turn rate
-VISIBLES = np.array([0.05, 0.5, 0.95])  # between bins of the fraction in sight
+VISIBLES = np.array([0.05, 0.25, 0.65, 0.95])  # between bins of the fraction in sight
+CUTS = 2  # more bins, of those in full sight that the edge of a picture cuts
 AGES = np.array([0.15, 0.25, 0.45, 0.75])  # s, between bins of the time since a neighbour was measured
 FILE = "error_model.json"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ErrorTable:
-    """Bins of range, turn rate and visible fraction ``(d, t, v)``, of age ``(a,)``; quantiles ``(q,)``."""
+    """Bins of range, turn rate and view ``(d, t, v)``, of age ``(a,)``; quantiles ``(q,)``."""
 
     again: FloatArray
     """Chance that a neighbour measured in the last picture is measured in this one, ``(d, t, v)``."""
@@ -42,28 +44,19 @@ class ErrorTable:
     """Errors of range over its square (1/m), bearing and heading (rad) when measured, ``(d, t, v, 3, q)``."""
     fresh_std: FloatArray
     """Standard deviations that the tracker states, ``(d, t, v, 3)``."""
-    aged: FloatArray
-    """Errors of a neighbour that is remembered: along and across (m), heading (rad), ``(a, t, 3, q)``."""
     aged_std: FloatArray
-    """Standard deviations that the tracker states, ``(a, t, 3)``."""
-    split: FloatArray
-    """Chance that a measurement begins a second track, the first is left behind as a ghost, ``(t,)``."""
-    ghost: FloatArray
-    """Errors of what was left behind: along and across (m), heading (rad), ``(a, 3, q)``."""
-    stay: FloatArray
-    """Chance that a ghost is still there one picture later, ``(1,)``."""
+    """And of a neighbour that is remembered, ``(a, t, 3)``."""
     phantom: FloatArray
     """Measurements of nobody per robot and picture, ``(1,)``."""
     phantom_place: FloatArray
     """Range (m) and bearing (rad) of phantoms, ``(2, q)``."""
+    lasting: FloatArray
+    """Share of the variance of the deviates of range, bearing, heading that lasts; the rest is new in every
+    picture, ``(3,)``."""
     memory: FloatArray
-    """Correlation of the normal deviates of range, bearing and heading from picture to picture, ``(3,)``."""
+    """Correlation from picture to picture of what lasts, ``(3,)``."""
     common: FloatArray
     """Their correlation between two neighbours of one observer, ``(3,)``."""
-
-    def arrays(self) -> tuple[FloatArray, ...]:
-        """Return the tables in the order above, as the kernel takes them."""
-        return tuple(getattr(self, field.name) for field in fields(self))
 
     def as_json(self, provenance: dict[str, Any]) -> str:
         """Return the text of an error model's file: where it comes from, then the tables, 4 digits each."""
@@ -108,20 +101,17 @@ class ErrorTable:
         return cls(**tables)._checked(path)
 
     def _checked(self, path: Path | None) -> Self:
-        bins = (len(RANGES) + 1, len(TURNS) + 1, len(VISIBLES) + 1)
+        bins = (len(RANGES) + 1, len(TURNS) + 1, len(VISIBLES) + 1 + CUTS)
         ages, q = len(AGES) + 1, len(DEVIATES)
         shapes: dict[str, tuple[int, ...]] = {
             "again": bins,
             "anew": bins,
             "fresh": (*bins, 3, q),
             "fresh_std": (*bins, 3),
-            "aged": (ages, bins[1], 3, q),
             "aged_std": (ages, bins[1], 3),
-            "split": bins[1:2],
-            "ghost": (ages, 3, q),
-            "stay": (1,),
             "phantom": (1,),
             "phantom_place": (2, q),
+            "lasting": (3,),
             "memory": (3,),
             "common": (3,),
         }
