@@ -92,7 +92,7 @@ def test_who_is_hidden_is_remembered_for_a_while_and_then_forgotten() -> None:
     for step in range(20):
         last = one.sense(scene(pair, 0.1 * step, 0.0, away))
     assert last.seen[0, 0]
-    hidden = [one.sense(scene(pair, 2.0 + 0.1 * step, 0.0, between)) for step in range(30)]
+    hidden = [one.sense(scene(pair, 2.0 + 0.1 * step, 0.0, between)) for step in range(200)]
     ages = [float(estimates.age[0, 0]) for estimates in hidden if estimates.seen[0, 0]]
     assert max(ages, default=0.0) <= 0.5 + 1e-9
     assert np.mean([estimates.seen[0, 0] for estimates in hidden[10:]]) < 0.5
