@@ -1,9 +1,9 @@
-"""Kernels that cut solids by the columns of a level camera: where edges cross the borders of columns.
+"""Kernels that cut solids by the columns of a level camera: what one over the depth is at their borders.
 
 Seen along a border of a column, a vertical plane, an upright solid is a stack of bands. Each kernel
-fills in rows and shades of a sheet (see :mod:`swarmvision.rendering.painting`) for the columns that its
-solid reaches. Functions that take arrays call none that loop: each such call would count references,
-atomically, and threads that share the stage would wait for each other.
+fills in the profile and the plan of a sheet (see :mod:`swarmvision.rendering.painting`) for the columns
+that its solid reaches. Functions that take arrays call none that loop: each such call would count
+references, atomically, and threads that share the stage would wait for each other.
 
 ``view`` is focal length, principal column and row (px), lens height (m). ``light`` is ambient, diffuse
 and the lamp's direction in the lens frame, see :class:`swarmvision.rendering.appearance.Light`.
@@ -14,17 +14,27 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
+from swarmvision.rendering.painting import (
+    BASE,
+    FAR,
+    GAIN,
+    HALF,
+    NEAR,
+    ONE,
+    RISE,
+    SHADE,
+    SPLIT,
+    ZERO,
+    Singles,
+    room,
+)
 
-Image = NDArray[np.uint8]
 NEAREST = 1e-3  # m; surfaces nearer than this to the lens plane are drawn as if there
 FAR_ROW = 1e6  # px; beyond every picture
-NEAR, AZIMUTH, SHADE = 0, 1, 2  # what is kept of each border of a column
-BORDERS = 3  # numbers
-PIECES = 16  # most pieces of a pattern that are told apart in one column
+SKY = np.float32(1e6)  # m; the height of what has no upper edge
 LEAST = 1e-12  # of a step that is divided by
 # M. Abramowitz, I. A. Stegun, Handbook of Mathematical Functions, 1964, 4.4.46: 2e-8 rad.
 ARC = (1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046,
@@ -159,12 +169,14 @@ def box_sheet(
     inside: bool,
     left: float,
     right: float,
-    rows: FloatArray,
-    shades: FloatArray,
+    profile: Singles,
+    plan: Singles,
 ) -> int:
     """Fill in a box that stands on the ground; return the bands.
 
     From outside these are its lid, if seen, and its faces; from inside what is beyond, faces, floor.
+    One over the depth of a face is linear in the column, and which face is met first or last tells the
+    least or the greatest.
 
     Args:
         view: See above.
@@ -174,69 +186,57 @@ def box_sheet(
         inside: Whether the lens is inside, and the box is the court.
         left: Where the part of it begins that is in the picture (px).
         right: And where it ends.
-        rows: Out, for the columns from ``floor(left)`` to ``ceil(right)``.
-        shades: Out.
+        profile: Out, for the columns from ``floor(left)`` to ``ceil(right)``.
+        plan: Out.
     """
     first = math.floor(left)
     columns = math.ceil(right) - first
+    size = room(columns)
     lid = 1 if inside or view[3] > height else 0
-    rise = height - view[3]
+    cos, sin = math.cos(box[2]), math.sin(box[2])
+    x, y = cos * box[0] + sin * box[1], cos * box[1] - sin * box[0]
+    ahead, behind = _one_over(x + box[3]), _one_over(x - box[3])
+    beside, across = _one_over(y + box[4]), _one_over(y - box[4])
+    centre, focal, most = view[1], view[0], 1.0 / NEAREST
+    near, far, split, shades = profile[NEAR], profile[FAR], profile[SPLIT], profile[SHADE]
+    for i in range(size):
+        slope = (centre - min(max(float(first + i), left), right)) / focal
+        step_x, step_y = cos + sin * slope, cos * slope - sin
+        leave_x = step_x * (ahead if step_x > 0.0 else behind)
+        leave_y = step_y * (beside if step_y > 0.0 else across)
+        enter_x = step_x * (behind if step_x > 0.0 else ahead)
+        enter_y = step_y * (across if step_y > 0.0 else beside)
+        leave = min(max(leave_x, leave_y, LEAST), most)
+        enter = min(enter_x if enter_x > 0.0 else most, enter_y if enter_y > 0.0 else most)
+        enter = max(min(enter, most), leave)
+        near[i] = np.float32(focal * (leave if inside else enter))
+        far[i] = np.float32(focal * leave)
+        split[i], shades[i] = HALF, ZERO
+    for k in range(4):
+        plan[BASE, k], plan[GAIN, k] = ZERO, ONE
+    plan[RISE, lid], plan[RISE, lid + 1] = np.float32(height - view[3]), np.float32(-view[3])
     if inside:
-        _court_rows(view, box, rise, left, right, rows)
-    for i in range(0 if inside else columns + 1):
-        near, far = box_hit(view, box, min(max(float(first + i), left), right))
-        near = min(near, far)
-        rows[0, i] = view[2] - rise * view[0] / max(far, NEAREST)
-        scale = view[0] / max(near, NEAREST)
-        rows[lid, i] = view[2] - rise * scale
-        rows[lid + 1, i] = view[2] + view[3] * scale
-    top = 1.0 if inside else shade(light, 0.0, 0.0, 1.0)
-    for i in range(columns):
-        shades[lid, i] = 0.0
-    if lid:
-        for i in range(columns):
-            shades[0, i] = top
-    if inside:
-        for i in range(columns):
-            shades[2, i] = 1.0
+        plan[RISE, 0], plan[RISE, 3] = SKY, -SKY
+        plan[BASE, 0], plan[GAIN, 0], plan[BASE, 2], plan[GAIN, 2] = ONE, ZERO, ONE, ZERO
+    elif lid:
+        plan[RISE, 0] = plan[RISE, 1]
+        plan[BASE, 0], plan[GAIN, 0] = np.float32(shade(light, 0.0, 0.0, 1.0)), ZERO
     # Face by face, from corner to corner; a column where two meet has its share of both.
     begin = left
     while begin < right:
         end = right
         for i in range(4):
-            x, y = _corner(box, i)
-            u = view[1] - view[0] * y / x if x > NEAREST else right
+            corner_x, corner_y = _corner(box, i)
+            u = view[1] - view[0] * corner_y / corner_x if corner_x > NEAREST else right
             if begin + 1e-9 < u < end:
                 end = u
         factor = _face_shade(view, light, box, inside, 0.5 * (begin + end))
         for i in range(math.floor(begin) - first, math.ceil(end) - first):
             wide = min(right, first + i + 1.0) - max(left, float(first + i))
-            shades[lid, i] += factor * (min(end, first + i + 1.0) - max(begin, float(first + i))) / wide
+            part = (min(end, first + i + 1.0) - max(begin, float(first + i))) / wide
+            shades[i] = np.float32(shades[i] + factor * part)
         begin = end
     return 3 if inside else 1 + lid
-
-
-@compiled
-def _court_rows(
-    view: FloatArray, box: FloatArray, rise: float, left: float, right: float, rows: FloatArray
-) -> None:
-    """Fill in the rows of a box seen from inside; one over the depth of each wall is linear in the column."""
-    cos, sin = math.cos(box[2]), math.sin(box[2])
-    x, y = cos * box[0] + sin * box[1], cos * box[1] - sin * box[0]
-    ahead, behind = _one_over(x + box[3]), _one_over(x - box[3])
-    beside, across = _one_over(y + box[4]), _one_over(y - box[4])
-    centre, focal, middle = view[1], view[0], view[2]
-    up, down, most, first = rise * focal, view[3] * focal, 1.0 / NEAREST, math.floor(left)
-    for i in range(math.ceil(right) - first + 1):
-        slope = (centre - min(max(float(first + i), left), right)) / focal
-        step_x, step_y = cos + sin * slope, cos * slope - sin
-        leave_x = step_x * (ahead if step_x > 0.0 else behind)
-        leave_y = step_y * (beside if step_y > 0.0 else across)
-        inverse = min(max(leave_x, leave_y, LEAST), most)
-        rows[0, i] = -FAR_ROW
-        rows[1, i] = middle - up * inverse
-        rows[2, i] = middle + down * inverse
-        rows[3, i] = FAR_ROW
 
 
 @compiled
@@ -271,10 +271,10 @@ def cylinder_sheet(
     knots: FloatArray,
     left: float,
     right: float,
-    borders: FloatArray,
-    rows: FloatArray,
-    shades: FloatArray,
-    skip: Image,
+    azimuths: FloatArray,
+    profile: Singles,
+    plan: Singles,
+    rows: Singles,
 ) -> int:
     """Fill in an upright cylinder; return the bands: a lid, if seen, and those of its side.
 
@@ -291,101 +291,62 @@ def cylinder_sheet(
         knots: Of the pattern, heights above the ground.
         left: Where the part of it begins that is in the picture (px).
         right: And where it ends.
-        borders: Out: f / depth, azimuth (rad) and shade at each border.
-        rows: Out, for the columns from ``floor(left)`` to ``ceil(right)``.
-        shades: Out.
-        skip: Out: set for columns, but the first and the last, with two or more pieces of the pattern.
+        azimuths: Scratch, of the normal at each border (rad).
+        profile: Out, for the columns from ``floor(left)`` to ``ceil(right)``.
+        plan: Out.
+        rows: Out: those of the edges of the pattern.
     """
     first = math.floor(left)
     columns = math.ceil(right) - first
+    size = room(columns)
     lid = 1 if view[3] > heights[0] else 0
-    x, y, yaw, radius = solid[0], solid[1], solid[2], solid[3]
-    for i in range(columns + 1):
-        slope = (view[1] - min(max(float(first + i), left), right)) / view[0]
+    x, y, radius = solid[0], solid[1], solid[3]
+    near, far, split, shades = profile[NEAR], profile[FAR], profile[SPLIT], profile[SHADE]
+    centre, focal, turn = view[1], view[0], math.pi - solid[2]
+    ambient, diffuse, ahead, aside = light[0], light[1] / radius, light[2], light[3]
+    for i in range(size):
+        slope = (centre - min(max(float(first + i), left), right)) / focal
         scale = 1.0 / math.sqrt(1.0 + slope * slope)
         t = (x + slope * y) * scale
         p = min(max((y - slope * x) * scale, -radius), radius)
         root = math.sqrt(radius * radius - p * p)
-        near = view[0] / max((t - root) * scale, NEAREST)
-        borders[NEAR, i] = near
-        towards = -light[2] * (root - slope * p) - light[3] * (slope * root + p)
-        borders[SHADE, i] = light[0] + light[1] * max(towards * scale / radius, 0.0)
-        if lid:
-            rows[0, i] = view[2] - (heights[0] - view[3]) * view[0] / max((t + root) * scale, NEAREST)
-        if patterned >= 0:
-            borders[AZIMUTH, i] = math.pi + arcsine(p / radius) - yaw + math.atan(slope)
-    k = lid
-    for band in range(bands + 1):
-        for i in range(columns + 1):
-            rows[k, i] = view[2] - (heights[band] - view[3]) * borders[NEAR, i]
+        near[i] = np.float32(focal / max((t - root) * scale, NEAREST))
+        far[i] = np.float32(focal / max((t + root) * scale, NEAREST))
+        towards = -ahead * (root - slope * p) - aside * (slope * root + p)
+        shades[i] = np.float32(ambient + diffuse * max(towards * scale, 0.0))
+        split[i] = HALF
+        azimuths[i] = turn + arcsine(p / radius) + arcsine(slope * scale)
+    for i in range(columns):
+        shades[i] = HALF * (shades[i] + shades[i + 1])
+    k = 0
+    for j in range(lid + bands + 1):
+        band = max(j - lid, 0)
+        plan[RISE, k], plan[BASE, k], plan[GAIN, k] = np.float32(heights[band] - view[3]), ZERO, ONE
         k += 1
-        if band == patterned:
-            before = 0
-            for i in range(columns + 1):
-                piece = piece_of(knots, borders[AZIMUTH, i])
-                low, high = piece_edges(knots, piece, borders[AZIMUTH, i])
-                rows[k, i] = view[2] - (high - view[3]) * borders[NEAR, i]
-                rows[k + 1, i] = view[2] - (low - view[3]) * borders[NEAR, i]
-                if i > 1:
-                    skip[i - 1] = 1 if piece != before and i < columns else 0
-                before = piece
-            k += 2
-    for band in range(k - 1):
-        for i in range(columns):
-            shades[band, i] = 0.5 * (borders[SHADE, i] + borders[SHADE, i + 1])
+        if j - lid == patterned and patterned >= 0:
+            for _ in range(2):
+                plan[RISE, k], plan[BASE, k], plan[GAIN, k] = ZERO, ZERO, ONE
+                k += 1
     if lid:
-        top = shade(light, 0.0, 0.0, 1.0)
+        plan[BASE, 0], plan[GAIN, 0] = np.float32(shade(light, 0.0, 0.0, 1.0)), ZERO
+    if patterned >= 0:
+        pieces, upper = len(knots) - 1, 2 * (lid + patterned + 1)
         for i in range(columns):
-            shades[0, i] = top
-    return k - 1
-
-
-@compiled
-def cut_column(
-    view: FloatArray,
-    knots: FloatArray,
-    i: int,
-    bands: int,
-    carrier: int,
-    borders: FloatArray,
-    rows: FloatArray,
-    cuts: FloatArray,
-    shares: FloatArray,
-) -> int:
-    """Cut a column at the knots of the pattern; return how many pieces.
-
-    Args:
-        view: See above.
-        knots: Of the pattern, heights above the ground.
-        i: Which column of the sheet.
-        bands: Of the sheet.
-        carrier: The first of the three that the patterned one has become.
-        borders: Of :func:`cylinder_sheet`.
-        rows: Of the sheet.
-        cuts: Out: rows at both ends of each piece, ``(bands + 1, 2 pieces)``.
-        shares: Out: of the column's width, of each piece.
-    """
-    begin, end = borders[AZIMUTH, i], borders[AZIMUTH, i + 1]
-    from_ = begin
-    pieces = len(knots) - 1
-    last = piece_of(knots, end)
-    used = 0
-    for piece in range(piece_of(knots, begin), last + 1):
-        to = end
-        if piece < last:
-            to = 2.0 * math.pi * (piece // pieces) + knots[piece % pieces + 1, 0]
-        if to > from_ and used < PIECES:
+            begin, end = azimuths[i], azimuths[i + 1]
+            piece = piece_of(knots, begin)
+            knot = 2.0 * math.pi * (piece // pieces) + knots[piece % pieces + 1, 0]
+            part = 0.5
+            if begin < knot < end:
+                part = (knot - begin) / (end - begin)
+                split[i] = np.float32(part)
             for side in range(2):
-                azimuth = from_ if side == 0 else to
-                share = (azimuth - begin) / (end - begin)
-                near = borders[NEAR, i] + share * (borders[NEAR, i + 1] - borders[NEAR, i])
-                place = 2 * used + side
-                for k in range(bands + 1):
-                    cuts[k, place] = rows[k, i] + share * (rows[k, i + 1] - rows[k, i])
-                low, high = piece_edges(knots, piece, azimuth)
-                cuts[carrier + 1, place] = view[2] - (high - view[3]) * near
-                cuts[carrier + 2, place] = view[2] - (low - view[3]) * near
-            shares[used] = (to - from_) / (end - begin)
-            used += 1
-            from_ = to
-    return used
+                middle = 0.5 * (part + side)
+                azimuth = begin + middle * (end - begin)
+                low, high = piece_edges(knots, piece_of(knots, azimuth), azimuth)
+                scale = near[i] + middle * (near[i + 1] - near[i])
+                rows[upper + side, i] = np.float32(view[2] - (high - view[3]) * scale)
+                rows[upper + 2 + side, i] = np.float32(view[2] - (low - view[3]) * scale)
+        for j in range(upper, upper + 4):
+            for i in range(columns, size):
+                rows[j, i] = rows[j, columns - 1]
+    return k - 1

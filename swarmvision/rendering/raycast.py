@@ -31,15 +31,26 @@ from swarmvision.rendering.columns import (
     box_sheet,
     circle_hit,
     circle_reach,
-    cut_column,
     cylinder_sheet,
 )
-from swarmvision.rendering.painting import SCALE, copy_row, paint_sheet
-from swarmvision.rendering.stage import BODY, COURT, CYLINDER, MARKER, OBJECTS, Image, Places, Scratch, Stage
+from swarmvision.rendering.painting import NEAR, RISE, Singles, paint_sheet
+from swarmvision.rendering.stage import (
+    BODY,
+    BOX,
+    COURT,
+    CYLINDER,
+    MARKER,
+    OBJECTS,
+    Image,
+    Places,
+    Scratch,
+    Stage,
+)
 
 X, Y, YAW, SIZE, WIDTH, LEFT, RIGHT, FAR, ROUND = range(9)  # of a solid, see _cull
 ROOM = 16  # robots that fit at first
 TRIES = 8  # columns at which two solids are compared
+GAP = 133  # between solids that are sorted first; 57, 24, 10, 4, 1 follow
 
 
 class Raycaster:
@@ -163,10 +174,8 @@ def draw(
             else:
                 left, right = box_reach(view, solid)
             left, right = max(left, 0.0), min(right, float(width))
-            first, spans, sides = math.floor(left), 0, bands
-            columns = math.ceil(right) - first
+            spans, sides, carrier = 0, 1, -1
             if right > left and kind == CYLINDER:
-                sides = bands if patterned < 0 else bands + 2
                 spans = cylinder_sheet(
                     view,
                     light,
@@ -177,11 +186,13 @@ def draw(
                     stage.knots,
                     left,
                     right,
-                    scratch.borders,
+                    scratch.azimuths,
+                    scratch.profile,
+                    scratch.plan,
                     scratch.rows,
-                    scratch.shades,
-                    scratch.skip,
                 )
+                sides = bands if patterned < 0 else bands + 2
+                carrier = patterned if patterned < 0 else patterned + spans - sides
             elif right > left:
                 spans = box_sheet(
                     view,
@@ -191,97 +202,57 @@ def draw(
                     part == COURT,
                     left,
                     right,
-                    scratch.rows,
-                    scratch.shades,
+                    scratch.profile,
+                    scratch.plan,
                 )
             window[0], window[1] = 0, height
             if part == COURT:
                 sides = spans
-                _fill_rows(
+                _fill_rows(image, window, view[2], scratch.plan, scratch.profile, stage.backdrop)
+            if spans > 0:
+                paint_sheet(
                     image,
                     window,
+                    math.floor(left),
+                    left,
+                    right,
+                    spans,
+                    spans - sides,
+                    carrier,
+                    kind == BOX,
+                    view[2],
+                    stage.colours[part],
+                    scratch.plan,
+                    scratch.profile,
                     scratch.rows,
-                    stage.colours[COURT],
-                    scratch.codes,
+                    scratch.lights,
+                    scratch.inks,
+                    scratch.spans,
+                    stage.decode,
                     stage.encode,
                 )
-            lid = spans - sides
-            # First the whole sheet, then, one by one, columns in which the pattern jumps or bends.
-            column, pieces = -1, 1
-            while spans > 0 and column < columns:
-                begin, end = (0, columns) if column < 0 else (column, column + 1)
-                if column >= 0:
-                    scratch.skip[column] = 0
-                    pieces = cut_column(
-                        view,
-                        stage.knots,
-                        column,
-                        spans,
-                        lid + patterned,
-                        scratch.borders,
-                        scratch.rows,
-                        scratch.cuts,
-                        scratch.shares,
-                    )
-                painted = 0.0
-                for piece in range(pieces):
-                    lag, start, stop = 0, left, right
-                    if column >= 0:  # over the pieces before, by its share of their widths together
-                        painted += scratch.shares[piece]
-                        lag, start = column - 2 * piece, float(first + column)
-                        stop = start + scratch.shares[piece] / painted
-                    paint_sheet(
-                        image,
-                        window,
-                        first,
-                        begin,
-                        end,
-                        lag,
-                        start,
-                        stop,
-                        spans,
-                        lid,
-                        stage.colours[part],
-                        scratch.rows if column < 0 else scratch.cuts,
-                        scratch.shades,
-                        scratch.lights,
-                        scratch.codes,
-                        scratch.done,
-                        scratch.skip,
-                        stage.decode,
-                        stage.encode,
-                    )
-                column = max(column + 1, 1)
-                while column < columns and (patterned < 0 or scratch.skip[column] == 0):
-                    column += 1
             part += 1
 
 
 @compiled
 def _fill_rows(
-    image: Image,
-    window: Places,
-    rows: FloatArray,
-    colours: FloatArray,
-    codes: Image,
-    encode: Image,
+    image: Image, window: Places, horizon: float, plan: Singles, profile: Singles, backdrop: Image
 ) -> None:
     """Paint whole rows of what is beyond the walls and of floor; leave those between in the window."""
     height, width = image.shape[0], image.shape[1] // 3
-    top, bottom = rows[1, 0], rows[2, 0]
+    near = profile[NEAR]
+    least = most = near[0]
     for i in range(1, width + 1):
-        top, bottom = min(top, rows[1, i]), max(bottom, rows[2, i])
+        least, most = min(least, near[i]), max(most, near[i])
+    top = horizon - plan[RISE, 1] * (most if plan[RISE, 1] > 0.0 else least)
+    bottom = horizon - plan[RISE, 2] * most
     first = min(max(math.floor(top), 0), height)
     last = max(min(math.ceil(bottom), height), first)
-    for band in range(0, 3, 2):
-        for c in range(3):
-            code = encode[int(min(colours[band, c], 1.0) * SCALE + 0.5)]
-            for i in range(width):
-                codes[band, 3 * i + c] = code
-    for y in range(first):
-        copy_row(codes[0], image[y])
-    for y in range(last, height):
-        copy_row(codes[2], image[y])
+    for y in range(height):
+        if y < first or y >= last:
+            band = 0 if y < first else 1
+            for i in range(3 * width):
+                image[y, i] = backdrop[band, i]
     window[0], window[1] = first, last
 
 
@@ -315,6 +286,8 @@ def _cull(
         radius = one if stage.kinds[part, 0] == CYLINDER else math.sqrt(one * one + two * two)
         if part == BODY:
             radius = max(radius, stage.sizes[MARKER, 0])
+        if x <= -radius:  # half of them, mostly
+            continue
         left, right = circle_reach(stage.optics, x, y, radius)
         if i != observer and right > 0.0 and left < width and right > left:
             solids[used, X], solids[used, Y], solids[used, YAW] = x, y, pose[2] - lens_pose[2]
@@ -328,16 +301,27 @@ def _cull(
 
 @compiled
 def _sort(used: int, view: FloatArray, solids: FloatArray, order: Places) -> None:
-    """Order what is in view far to near: by the middles, and where those do not tell, by what hides what."""
+    """Order what is in view far to near: by the middles, and where those do not tell, by what hides what.
+
+    Only solids that are no farther apart than both are wide are asked, so the cost grows as the number in
+    view, not as its square.
+    """
+    widest = 0.0
     for i in range(used):
-        place = i
-        while place > 0 and solids[order[place - 1], FAR] < solids[i, FAR]:
-            order[place] = order[place - 1]
-            place -= 1
-        order[place] = i
+        order[i] = i
+        widest = max(widest, solids[i, ROUND])
+    gap = GAP  # Shell's sort
+    while gap > 0:
+        for i in range(gap, used):
+            moved, place = order[i], i
+            while place >= gap and solids[order[place - gap], FAR] < solids[moved, FAR]:
+                order[place] = order[place - gap]
+                place -= gap
+            order[place] = moved
+        gap = gap * 3 // 7
     for place in range(used):
         i, moves = place + 1, 0
-        while i < used:
+        while i < used and solids[order[place], FAR] - solids[order[i], FAR] < 2.0 * widest:
             moved = order[i]
             if moves < used and _is_hidden(view, solids[moved], solids[order[place]]):
                 for j in range(i, place, -1):

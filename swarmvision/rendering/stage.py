@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.colour import decode, rgb
+from swarmvision.colour import decode, encode, rgb
 from swarmvision.config.arena import ArenaConfig, BoxConfig, DiscConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.rendering.appearance import Appearance
-from swarmvision.rendering.columns import BORDERS, PIECES
-from swarmvision.rendering.painting import DECODE, ENCODE
+from swarmvision.rendering.painting import DECODE, ENCODE, LANES, PLAN, PROFILE, Singles, room
 
 Image = NDArray[np.uint8]
 Places = NDArray[np.int64]
@@ -46,7 +45,9 @@ class Stage(NamedTuple):
     """Linear light of each part's bands, the patterned one in three, ``(parts, bands, 3)``."""
     knots: FloatArray
     """Of the marker's pattern, heights above the ground."""
-    decode: FloatArray
+    backdrop: Image
+    """A row of what is beyond the walls and one of floor, ``(2, 3 w)``."""
+    decode: Singles
     """sRGB to light."""
     encode: Image
     """Light to sRGB."""
@@ -77,6 +78,7 @@ class Stage(NamedTuple):
             heights=heights,
             colours=colours,
             knots=_knots(marker),
+            backdrop=np.stack([_row(look.beyond, lens.width_px), _row(look.floor, lens.width_px)]),
             decode=DECODE,
             encode=ENCODE,
         )
@@ -85,21 +87,15 @@ class Stage(NamedTuple):
 class Scratch(NamedTuple):
     """Memory of one thread."""
 
-    rows: FloatArray
-    shades: FloatArray
-    lights: FloatArray
-    codes: Image
-    """A sheet, and its colours."""
-    done: Places
-    """What blocks have copied."""
-    skip: Image
-    """Columns of a sheet that are painted piece by piece."""
-    borders: FloatArray
-    """What is known of each border of a column."""
-    cuts: FloatArray
-    """Rows of the pieces of one column, as a sheet has them."""
-    shares: FloatArray
-    """Their widths."""
+    profile: Singles
+    plan: Singles
+    azimuths: FloatArray
+    """A sheet."""
+    rows: Singles
+    lights: Singles
+    inks: Image
+    spans: Places
+    """A block of its columns."""
     light: FloatArray
     """Ambient, diffuse, direction in the lens frame."""
     solid: FloatArray
@@ -119,15 +115,13 @@ class Scratch(NamedTuple):
         w, spans = lens.width_px, stage.colours.shape[1] + 1  # and a lid
         solids = robots + len(stage.kinds) - OBJECTS
         return cls(
-            rows=np.zeros((spans + 1, w + 1)),
-            shades=np.zeros((spans, w)),
-            lights=np.zeros((spans, 3 * w)),
-            codes=np.zeros((spans, 3 * w), dtype=np.uint8),
-            done=np.zeros((spans, 2), dtype=np.int64),
-            skip=np.zeros(w, dtype=np.uint8),
-            borders=np.zeros((BORDERS, w + 1)),
-            cuts=np.zeros((spans + 1, 2 * PIECES)),
-            shares=np.zeros(PIECES),
+            profile=np.zeros((PROFILE, room(w)), dtype=np.float32),
+            plan=np.zeros((PLAN, spans + 1), dtype=np.float32),
+            azimuths=np.zeros(room(w)),
+            rows=np.zeros((2 * spans + 2, room(w)), dtype=np.float32),
+            lights=np.zeros((spans + 3, 3 * LANES), dtype=np.float32),
+            inks=np.zeros((spans + 3, 3 * LANES), dtype=np.uint8),
+            spans=np.zeros((spans + 1, 2), dtype=np.int64),
             light=np.zeros(5),
             solid=np.zeros(5),
             window=np.zeros(2, dtype=np.int64),
@@ -170,6 +164,11 @@ def _knots(marker: Marker) -> FloatArray:
         return NO_KNOTS
     knots: FloatArray = carrier.pattern.knots + np.array([0.0, marker.base, marker.base])
     return knots
+
+
+def _row(light: FloatArray, width_px: int) -> Image:
+    """Return a row of one light."""
+    return np.tile(np.rint(encode(light)).astype(np.uint8), width_px)
 
 
 def _object(thing: BoxConfig | DiscConfig) -> _Part:
