@@ -156,6 +156,29 @@ def test_a_nearer_robot_hides_a_farther_one_whatever_their_order() -> None:
     np.testing.assert_array_equal(both[150:300, 310:330], alone[150:300, 310:330])
 
 
+def test_what_nearer_markers_hide_changes_no_byte() -> None:
+    raycaster = Raycaster(LENS, ROBOT, ARENA)
+    # 0.15 m ahead a marker covers 98 columns and 146 rows to either side of the middle; at 1.4 m the floor
+    # under a robot is 41 rows below it, and its corners are 33 columns from its middle.
+    near = np.array([[0.15, 0.0, 1.0]])
+    for y in np.linspace(-0.1, 0.1, 5):
+        behind = np.array([[1.4, y, 0.3], [1.3 + abs(y), -y, 2.0]])
+        hidden = raycaster.render(Scene.at_rest(np.vstack([behind, near])), EYE)
+        np.testing.assert_array_equal(hidden, raycaster.render(Scene.at_rest(near), EYE))
+    beside = raycaster.render(Scene.at_rest(np.vstack([[[1.4, 0.25, 0.3]], near])), EYE)
+    assert (beside != raycaster.render(Scene.at_rest(near), EYE)).any()
+
+
+def test_a_crowd_is_what_its_robots_are_painted_one_over_the_other() -> None:
+    # Robots that hide nothing of each other, painted in any number, are the sum of their differences.
+    raycaster = Raycaster(LENS, ROBOT, ARENA)
+    apart = np.array([[0.5, 0.18, 0.2], [0.6, -0.02, 1.0], [0.5, -0.17, 2.0]])
+    empty = raycaster.render(Scene.at_rest(apart[:0]), EYE).astype(int)
+    together = raycaster.render(Scene.at_rest(apart), EYE).astype(int) - empty
+    alone = sum(raycaster.render(Scene.at_rest(apart[[i]]), EYE).astype(int) - empty for i in range(3))
+    np.testing.assert_array_equal(together, alone)
+
+
 def test_threads_share_a_raycaster() -> None:
     raycaster = Raycaster(LENS, ROBOT, ARENA)
     scenes = [Scene.at_rest(random_poses(seed)) for seed in range(8)]

@@ -26,6 +26,7 @@ from swarmvision.data import Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.appearance import Appearance
 from swarmvision.rendering.columns import (
+    NEAREST,
     box_hit,
     box_reach,
     box_sheet,
@@ -50,6 +51,7 @@ from swarmvision.rendering.stage import (
 X, Y, YAW, SIZE, WIDTH, LEFT, RIGHT, FAR, ROUND = range(9)  # of a solid, see _cull
 ROOM = 16  # robots that fit at first
 TRIES = 8  # columns at which two solids are compared
+SURE = 0.01  # px; by so much what hides is taken as smaller, and what is hidden as larger
 GAP = 133  # between solids that are sorted first; 57, 24, 10, 4, 1 follow
 
 
@@ -148,6 +150,7 @@ def draw(
     light[3] = cos * stage.lamp[3] - sin * stage.lamp[2]
     used = _cull(width, lens_pose, robots, observer, objects, stage, scratch.solids, scratch.parts)
     _sort(used, view, scratch.solids, scratch.order)
+    _hide(used, stage, scratch)
     # All in one loop, for functions that take arrays have to be few, see painting.
     for j in range(-1, used):
         if j < 0:
@@ -165,6 +168,9 @@ def draw(
             part = scratch.parts[i]
             last = MARKER if part == BODY else part
         while part <= last:
+            if j >= 0 and last == MARKER and scratch.hidden[scratch.order[j], part - BODY]:
+                part += 1
+                continue
             kind, bands, patterned = stage.kinds[part, 0], stage.kinds[part, 1], stage.kinds[part, 2]
             solid[SIZE], solid[WIDTH] = stage.sizes[part, 0], stage.sizes[part, 1]
             if part == COURT:
@@ -330,6 +336,45 @@ def _sort(used: int, view: FloatArray, solids: FloatArray, order: Places) -> Non
                 moves += 1
                 i = place
             i += 1
+
+
+@compiled
+def _hide(used: int, stage: Stage, scratch: Scratch) -> None:
+    """Note which parts of robots are behind markers of nearer ones, whole pixels of them, and need no paint.
+
+    In each column one run of rows is known to be covered by nearer markers.
+    """
+    view, solids, covered, hidden = stage.optics, scratch.solids, scratch.covered, scratch.hidden
+    width, focal, horizon = covered.shape[1], view[0], view[2]
+    for c in range(width):
+        covered[0, c] = covered[1, c] = 0
+    for j in range(used - 1, -1, -1):
+        i = scratch.order[j]
+        for part in range(BODY, MARKER + 1 if scratch.parts[i] == BODY else BODY):
+            x, y, radius = solids[i, X], solids[i, Y], stage.sizes[part, 0]
+            radius = solids[i, ROUND] if part == BODY else radius
+            left, right = circle_reach(view, x, y, radius)
+            left, right = max(left, 0.0), min(right, float(width))
+            over = stage.heights[part, 0] - view[3]
+            under = stage.heights[part, stage.kinds[part, 1]] - view[3]
+            near, far = focal / max(x - radius, NEAREST), focal / max(x + radius, NEAREST)
+            top = math.floor(horizon - over * (near if over > 0.0 else far) - SURE)
+            bottom = math.ceil(horizon - under * (near if under < 0.0 else far) + SURE)
+            hidden[i, part - BODY] = True
+            for c in range(math.floor(left), math.ceil(right)):
+                if top < covered[0, c] or bottom > covered[1, c]:
+                    hidden[i, part - BODY] = False
+                    break
+            if part == MARKER and not hidden[i, part - BODY] and x - radius > NEAREST:
+                # What is seen of it is not farther than its outline.
+                far = focal / (x + radius * abs(y) / solids[i, FAR])
+                top = math.ceil(horizon - over * (far if over > 0.0 else near) + SURE)
+                bottom = math.floor(horizon - under * (far if under < 0.0 else near) - SURE)
+                for c in range(math.ceil(left), math.floor(right)):
+                    if top <= covered[1, c] and bottom >= covered[0, c]:
+                        covered[0, c], covered[1, c] = min(top, covered[0, c]), max(bottom, covered[1, c])
+                    elif bottom - top > covered[1, c] - covered[0, c]:
+                        covered[0, c], covered[1, c] = top, bottom
 
 
 @compiled

@@ -108,6 +108,10 @@ class Scratch(NamedTuple):
     """The same far to near."""
     parts: Places
     """The first part of each."""
+    covered: Places
+    """The rows of each column that nearer markers are known to cover, ``(2, w)``."""
+    hidden: NDArray[np.bool_]
+    """Whether body, mast and marker of each are behind them, ``(n, 3)``."""
 
     @classmethod
     def of(cls, lens: Lens, stage: Stage, robots: int) -> Scratch:
@@ -128,6 +132,8 @@ class Scratch(NamedTuple):
             solids=np.zeros((solids, SOLID)),
             order=np.zeros(solids, dtype=np.int64),
             parts=np.zeros(solids, dtype=np.int64),
+            covered=np.zeros((2, w), dtype=np.int64),
+            hidden=np.zeros((solids, 3), dtype=np.bool_),
         )
 
 
