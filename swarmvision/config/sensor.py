@@ -38,10 +38,10 @@ class TrackerConfig(Settings):
     turn_acceleration: Annotated[float, Field(gt=0, le=1000)] = 6.0
     """Spread of a neighbour's unknown turn acceleration (rad/s^2)."""
 
-    search: Annotated[float, Field(ge=0, le=60)] = 0.1
+    search: Annotated[float, Field(ge=0, le=60)] = 0.0
     """A lens looks all over a picture at least so often (s) as pictures come, for neighbours that are new,
-    and also after one was lost; else only where those should be that it knows. 0: all over every picture.
-    Ours: at 10 Hz that is every picture, at 32 Hz every third."""
+    and also after one was lost; else only where those should be that it knows. 0: all over every picture,
+    which costs so little (0.05 ms at 640x460) that knowing where to look saves nothing on small pictures."""
 
 
 RobotNumbers = Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(max_length=10_000)]
