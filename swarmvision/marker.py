@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarmvision.colour import rgb
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.errors import ConfigError, unknown_name
 from swarmvision.geometry import FloatArray
 
@@ -64,7 +64,7 @@ SYMMETRIC = frozenset({"chevron", "pyramid", "spindle", "block"})
 """The kinds that look alike to the left and to the right of the nose."""
 
 
-@compiled
+@leaf
 def pattern_edges(knots: FloatArray, azimuth: float) -> tuple[float, float, float, float]:
     """Return low and high edge (m) of a pattern at an azimuth (rad), and their slopes (m/rad)."""
     turn = 2.0 * math.pi

@@ -5,8 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+
+from swarmvision.compiled import compiled, leaf
 
 pytest.importorskip("numba")
 
@@ -42,3 +46,32 @@ def test_a_kernel_is_compiled_anew_when_what_it_calls_has_changed(tmp_path: Path
     assert answer(2.0) == ["7.0", "True"]
     assert answer(2.0) == ["7.0", "False"]  # kept
     assert answer(5.0) == ["16.0", "True"]
+
+
+@leaf
+def _twice(x: float) -> float:
+    return 2.0 * x
+
+
+@compiled
+def _once_more(x: float, number: int) -> float:
+    return _twice(x) + number
+
+
+@compiled
+def _row(x: float) -> Any:
+    row = np.zeros((2, 2))
+    row[0] = np.full(2, _once_more(x, 3))  # a row by a row: numba calls functions of its own
+    return row[0]
+
+
+@compiled
+def _all_of_it(x: float) -> Any:
+    return _twice(x) + _once_more(x, 1) + _once_more(x, 2) + _row(x)[1]
+
+
+def test_a_whole_has_every_part_that_its_parts_call() -> None:
+    compiled_parts: Any = _once_more
+    assert _all_of_it(5.0) == 10.0 + 11.0 + 12.0 + 13.0
+    assert _once_more(5.0, 1) == 11.0  # a part of others is a whole for Python
+    assert len(compiled_parts._parts) <= 1  # not one for each constant

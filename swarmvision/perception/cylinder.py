@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import HORIZON_SLACK, TILT, TOP_ONLY
 from swarmvision.perception.order import median_in_place, median_of
@@ -33,7 +33,7 @@ SIDE_FLOOR = 0.105  # px of a tangent: what no averaging removes, measured on re
 RANGE, BEARING, HEADING, RANGE_STD, BEARING_STD, HEADING_STD, VISIBLE, DROP, LEFT, RIGHT, COVERED = range(11)
 
 
-@compiled
+@leaf
 def range_and_bearing(
     count: int,
     lines: FloatArray,
@@ -78,7 +78,7 @@ def range_and_bearing(
     return True
 
 
-@compiled
+@leaf
 def axis_distance(
     count: int, lines: FloatArray, bearing: float, view: FloatArray, heights: FloatArray
 ) -> tuple[float, float]:
@@ -121,7 +121,7 @@ def axis_distance(
     return middle + mean, std * median_of(gaps, count, spare) / middle
 
 
-@compiled
+@leaf
 def range_from_width(
     left_px: float, right_px: float, view: FloatArray, heights: FloatArray, out: FloatArray
 ) -> bool:
@@ -136,7 +136,7 @@ def range_from_width(
     return True
 
 
-@compiled
+@leaf
 def surface_depth(ray: float, heights: FloatArray, out: FloatArray) -> float:
     """Return how far along the optical axis (m) a ray meets the cylinder, or passes nearest to it."""
     delta = ray - out[BEARING]
@@ -146,7 +146,7 @@ def surface_depth(ray: float, heights: FloatArray, out: FloatArray) -> float:
     return depth
 
 
-@compiled
+@leaf
 def complete_edges(
     count: int, lines: FloatArray, bands: int, view: FloatArray, heights: FloatArray, out: FloatArray
 ) -> None:
@@ -160,7 +160,7 @@ def complete_edges(
             lines[UPPERS, i] = lines[LOWERS, i] - gap
 
 
-@compiled
+@leaf
 def stands_right(
     count: int, lines: FloatArray, view: FloatArray, heights: FloatArray, out: FloatArray
 ) -> bool:

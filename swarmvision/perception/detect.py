@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import (
     BOTH,
@@ -93,7 +93,7 @@ def candidates(
     return found
 
 
-@compiled
+@leaf
 def find(image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, scratch: LookScratch) -> int:
     """Write the candidates of a picture, tallest first, into ``scratch.pieces``; return how many.
 
@@ -125,7 +125,7 @@ def find(image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, 
     return merge_pieces(found, pieces, look, scratch)
 
 
-@compiled
+@leaf
 def chain_pairs(found: int, look: Look, scratch: LookScratch) -> int:
     """Write to which chain each pair belongs; return how many chains there are.
 
@@ -158,7 +158,7 @@ def chain_pairs(found: int, look: Look, scratch: LookScratch) -> int:
     return chains
 
 
-@compiled
+@leaf
 def sort_by_chain(found: int, chains: int, scratch: LookScratch) -> None:
     """Write the pairs' numbers in the order of their chains, each chain's by column."""
     chain, order, starts = scratch.chain[0], scratch.chain[1], scratch.tails
@@ -174,13 +174,13 @@ def sort_by_chain(found: int, chains: int, scratch: LookScratch) -> None:
             starts[chain[i]] += 1
 
 
-@compiled
+@leaf
 def alike(middle: float, down: int) -> float:
     """Return by how many px the middles of one marker may differ between neighbouring columns."""
     return STEP_SLACK * down + STEP_SHARE * middle
 
 
-@compiled
+@leaf
 def split_chains(found: int, chains: int, look: Look, scratch: LookScratch) -> int:
     """Cut chains where the height of the middle steps: there one marker stands before another.
 
@@ -235,7 +235,7 @@ def split_chains(found: int, chains: int, look: Look, scratch: LookScratch) -> i
     return count
 
 
-@compiled
+@leaf
 def merge_pieces(found: int, pieces: int, look: Look, scratch: LookScratch) -> int:
     """Join pieces of one marker: of one height, in line, together no wider than it; return how many are left.
 
@@ -286,7 +286,7 @@ def merge_pieces(found: int, pieces: int, look: Look, scratch: LookScratch) -> i
     return kept
 
 
-@compiled
+@leaf
 def _gather(found: int, pieces: int, look: Look, scratch: LookScratch) -> None:
     """Write columns and rows (px) of every candidate, one candidate after the other."""
     pairs, chain, piece, owner = scratch.pairs, scratch.chain[0], scratch.pieces, scratch.order[1]

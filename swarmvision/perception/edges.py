@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.cylinder import (
@@ -158,7 +158,7 @@ def _covariances(rows: FloatArray) -> FloatArray:
     return covariance
 
 
-@compiled
+@leaf
 def read_edges_into(
     image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch, out: FloatArray
 ) -> int:
@@ -185,7 +185,7 @@ def read_edges_into(
     return _distinct(out, found, task.heights[RADIUS])
 
 
-@compiled
+@leaf
 def _read_under(
     white: FloatArray, image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch, out: FloatArray
 ) -> int:
@@ -198,7 +198,7 @@ def _read_under(
     waiting = scratch.waiting
     left = min(pieces, len(waiting) // 2)
     for i in range(left):
-        waiting[left - 1 - i] = scratch.look.pieces[scratch.look.order[0, i]]
+        _copy(scratch.look.pieces[scratch.look.order[0, i]], waiting[left - 1 - i])
     found = 0
     while left > 0 and found < len(out):
         left -= 1
@@ -212,7 +212,7 @@ def _read_under(
     return found
 
 
-@compiled
+@leaf
 def _halve(waiting: FloatArray, place: int, column: float, scratch: Scratch) -> int:
     """Put the two markers that a candidate is when cut at a column (px) in its place, the taller on top.
 
@@ -245,7 +245,7 @@ def _halve(waiting: FloatArray, place: int, column: float, scratch: Scratch) -> 
     return place + 2
 
 
-@compiled
+@leaf
 def _distinct(rows: FloatArray, found: int, radius: float) -> int:
     """Keep one reading a marker, the nearest first: two axes cannot be nearer than two radii."""
     _sort(rows, found, True)
@@ -264,7 +264,7 @@ def _distinct(rows: FloatArray, found: int, radius: float) -> int:
     return kept
 
 
-@compiled
+@leaf
 def _sort(rows: FloatArray, count: int, by_visible: bool) -> None:
     """Sort rows by range, or by what is visible, most first, and then by range."""
     for i in range(1, count):
@@ -281,14 +281,14 @@ def _sort(rows: FloatArray, count: int, by_visible: bool) -> None:
             j -= 1
 
 
-@compiled
+@leaf
 def _copy(source: FloatArray, target: FloatArray) -> None:
     # Not by a slice: numba copies rows of one array by way of memory of its own.
     for k in range(len(source)):
         target[k] = source[k]
 
 
-@compiled
+@leaf
 def _swap(one: FloatArray, two: FloatArray) -> None:
     for k in range(len(one)):
         held = one[k]
@@ -296,7 +296,7 @@ def _swap(one: FloatArray, two: FloatArray) -> None:
         two[k] = held
 
 
-@compiled
+@leaf
 def measure(
     image: NDArray[np.uint8],
     task: Task,
@@ -387,7 +387,7 @@ def measure(
     return -1.0
 
 
-@compiled
+@leaf
 def _covered(piece: FloatArray, rows: FloatArray, found: int) -> int:
     """Return which ends of a candidate stand at a nearer marker and are no tangents: 1 left, 2 right."""
     ends = 0
@@ -400,7 +400,7 @@ def _covered(piece: FloatArray, rows: FloatArray, found: int) -> int:
     return ends
 
 
-@compiled
+@leaf
 def _thickness(rows: FloatArray, edge: int, scratch: Scratch) -> float:
     """Return the median thickness (px) of the band that begins at an edge of a candidate's rows."""
     spare = scratch.look.spare[0]
@@ -409,7 +409,7 @@ def _thickness(rows: FloatArray, edge: int, scratch: Scratch) -> float:
     return median_in_place(spare, len(rows))
 
 
-@compiled
+@leaf
 def _has_proportion(
     count: int, lines: FloatArray, rows: FloatArray, bands: int, heights: FloatArray, scratch: Scratch
 ) -> bool:

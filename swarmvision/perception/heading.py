@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import pattern_edges
 from swarmvision.perception.order import median_of, weighted_median
@@ -53,7 +53,7 @@ STRIPE_FLOOR, THIN_STRIPE = 0.042, 0.2  # px, and px over the stripe's thickness
 UNSURE = 0.5  # rad: spread of a heading that only the coarse look tells
 
 
-@compiled
+@leaf
 def heading_of(
     image: NDArray[np.uint8],
     task: Task,
@@ -101,7 +101,7 @@ def heading_of(
     return heading, math.hypot(spread, floor / max(scale * slope, 1e-6)), clarity, slope
 
 
-@compiled
+@leaf
 def unroll(
     image: NDArray[np.uint8],
     light: FloatArray,
@@ -164,7 +164,7 @@ def unroll(
         out[k] = min(max(value * bright, -0.3), 1.5)
 
 
-@compiled
+@leaf
 def coarse_heading(
     signals: FloatArray,
     facing: FloatArray,
@@ -221,7 +221,7 @@ def coarse_heading(
     return -math.pi + turn * best / TRIALS, clarity
 
 
-@compiled
+@leaf
 def jumps(knots: FloatArray, azimuth: float) -> bool:
     """Return whether a pattern jumps near an azimuth (rad)."""
     turn = 2.0 * math.pi
@@ -236,7 +236,7 @@ def jumps(knots: FloatArray, azimuth: float) -> bool:
     return max(abs(after_low - before_low), abs(after_high - before_high)) > JUMP_HEIGHT
 
 
-@compiled
+@leaf
 def voted_heading(
     signals: FloatArray,
     facing: FloatArray,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.perception.segment import Hues
@@ -200,7 +200,7 @@ def _needed(rows: NDArray[np.int64], down: int, marker: Proportions, lens: Lens)
     return np.array(sorted(chosen), dtype=np.int64)
 
 
-@compiled
+@leaf
 def class_at(image: NDArray[np.uint8], address: Address, classes: NDArray[np.uint8], v: int, u: int) -> int:
     """Return the class of a pixel."""
     kind: int = classes[address[0, image[v, u, 0]] + address[1, image[v, u, 1]] + address[2, image[v, u, 2]]]
@@ -212,7 +212,7 @@ def everywhere(look: Look) -> Ints:
     return np.array([[0, len(look.columns), 0, len(look.rows)]], dtype=np.int32)
 
 
-@compiled
+@leaf
 def first_look(
     image: NDArray[np.uint8], address: Address, look: Look, windows: Ints, scratch: LookScratch
 ) -> int:
@@ -228,7 +228,7 @@ def first_look(
     return count
 
 
-@compiled
+@leaf
 def look_through(
     image: NDArray[np.uint8],
     address: Address,
@@ -272,7 +272,7 @@ def look_through(
     return count
 
 
-@compiled
+@leaf
 def look_on(
     image: NDArray[np.uint8],
     address: Address,
@@ -309,7 +309,7 @@ def look_on(
     return count, wider
 
 
-@compiled
+@leaf
 def look_down(
     image: NDArray[np.uint8], address: Address, look: Look, column: int, count: int, scratch: LookScratch
 ) -> int:
@@ -338,7 +338,7 @@ def look_down(
     return count
 
 
-@compiled
+@leaf
 def end_run(
     image: NDArray[np.uint8],
     address: Address,
@@ -390,7 +390,7 @@ def end_run(
     return count + 1
 
 
-@compiled
+@leaf
 def ask_beside(found: int, look: Look, width: int, scratch: LookScratch) -> bool:
     """Write in which columns beside the pairs, and between which rows, to look; return whether any."""
     slack = int(BESIDE_PAIR * look.down)
@@ -409,7 +409,7 @@ def ask_beside(found: int, look: Look, width: int, scratch: LookScratch) -> bool
     return asked
 
 
-@compiled
+@leaf
 def pair_runs(look: Look, width: int, scratch: LookScratch) -> int:
     """Write the pairs of a top band's run over a bottom band's, column by column; return how many."""
     runs, pairs, down = scratch.runs, scratch.pairs, float(look.down)
@@ -463,7 +463,7 @@ def pair_runs(look: Look, width: int, scratch: LookScratch) -> int:
     return found
 
 
-@compiled
+@leaf
 def _write_pair(
     pair: FloatArray, column: int, start: float, end: float, below: float, foot: float, bands: int
 ) -> None:

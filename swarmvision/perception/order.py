@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 
 
-@compiled
+@leaf
 def select(values: FloatArray, count: int, place: int) -> float:
     """Return the number at a place (from 0) of the ascending order of the first ``count``, parting them.
 
@@ -36,13 +36,13 @@ def select(values: FloatArray, count: int, place: int) -> float:
     return chosen
 
 
-@compiled
+@leaf
 def middle_of(a: float, b: float, c: float) -> float:
     """Return the median of three numbers."""
     return max(min(a, b), min(max(a, b), c))
 
 
-@compiled
+@leaf
 def median_of(values: FloatArray, count: int, spare: FloatArray) -> float:
     """Return the median of the first ``count`` numbers; nan of none. ``spare`` is written."""
     if count == 0:
@@ -52,7 +52,7 @@ def median_of(values: FloatArray, count: int, spare: FloatArray) -> float:
     return median_in_place(spare, count)
 
 
-@compiled
+@leaf
 def median_in_place(values: FloatArray, count: int) -> float:
     """Return the median of the first ``count`` numbers, one or more, whose order is lost."""
     half = count // 2
@@ -65,7 +65,7 @@ def median_in_place(values: FloatArray, count: int) -> float:
     return 0.5 * (lower + upper)
 
 
-@compiled
+@leaf
 def weighted_median(
     values: FloatArray, weights: FloatArray, count: int, keys: FloatArray, loads: FloatArray
 ) -> float:

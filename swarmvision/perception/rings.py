@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import median_in_place, median_of, middle_of
@@ -34,7 +34,7 @@ LEAST_SEPARATION = 2.0  # px between the inner edges; less tells nothing
 PALE_ENOUGH = 0.55  # share of the middle zone that must look like the marker
 
 
-@compiled
+@leaf
 def signal(
     image: NDArray[np.uint8], light: FloatArray, direction: FloatArray, row: int, column: int
 ) -> float:
@@ -47,7 +47,7 @@ def signal(
     return value
 
 
-@compiled
+@leaf
 def looks_right(
     image: NDArray[np.uint8],
     light: FloatArray,
@@ -120,7 +120,7 @@ def looks_right(
     return alike >= PALE_ENOUGH * seen
 
 
-@compiled
+@leaf
 def inner_edges(
     image: NDArray[np.uint8],
     light: FloatArray,
@@ -183,7 +183,7 @@ def inner_edges(
     return used
 
 
-@compiled
+@leaf
 def step_in(count: int, lines: FloatArray) -> float:
     """Return the column (px) at which the separation steps: one marker beside another; 0 for none."""
     columns, gaps, spare = lines[COLUMNS], lines[SPARE_A], lines[SPARE_B]
@@ -204,7 +204,7 @@ def step_in(count: int, lines: FloatArray) -> float:
     return where
 
 
-@compiled
+@leaf
 def row_edge(
     image: NDArray[np.uint8],
     light: FloatArray,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.colour import decode
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 
@@ -111,7 +111,7 @@ def classify(light: FloatArray, chroma: FloatArray) -> NDArray[np.uint8]:
     return classes
 
 
-@compiled
+@leaf
 def weigh_codes(
     decode: FloatArray, white: FloatArray, light: FloatArray, address: NDArray[np.uint16]
 ) -> None:
@@ -127,7 +127,7 @@ def weigh_codes(
         place //= LEVELS
 
 
-@compiled
+@leaf
 def sample_white(
     image: NDArray[np.uint8],
     decode: FloatArray,
@@ -182,7 +182,7 @@ def sample_white(
         white[channel] = max(white[channel] / max(used, 1), 1e-5)
 
 
-@compiled
+@leaf
 def _is_pale(red: float, green: float, blue: float) -> bool:
     total = max(red + green + blue, 1e-6)
     third = total / 3.0
@@ -191,7 +191,7 @@ def _is_pale(red: float, green: float, blue: float) -> bool:
     return pale
 
 
-@compiled
+@leaf
 def _quantile(counts: NDArray[np.int64], share: float) -> int:
     """Return the first code at which a histogram has passed a share of its total."""
     total = 0

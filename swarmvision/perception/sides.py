@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import middle_of
@@ -18,7 +18,7 @@ WINDOW = 1.2  # of a smeared end's width, to either side, that is integrated ove
 SHARP = 3.5  # px: as wide is the end of a ring without motion blur
 
 
-@compiled
+@leaf
 def find_sides(
     image: NDArray[np.uint8],
     light: FloatArray,
@@ -54,7 +54,7 @@ def find_sides(
     return left, right, cut, smeared
 
 
-@compiled
+@leaf
 def one_side(
     image: NDArray[np.uint8],
     light: FloatArray,
@@ -103,7 +103,7 @@ def one_side(
     return (upper * upper_weight + lower * lower_weight) / total, total, climb
 
 
-@compiled
+@leaf
 def end_rows(rows: FloatArray, outward: int, ring: int) -> tuple[float, float]:
     """Return the rows of a ring at one end of a candidate: medians of its outermost three columns."""
     last = len(rows) - 1
@@ -122,7 +122,7 @@ def end_rows(rows: FloatArray, outward: int, ring: int) -> tuple[float, float]:
     )
 
 
-@compiled
+@leaf
 def ring_end(
     image: NDArray[np.uint8],
     light: FloatArray,

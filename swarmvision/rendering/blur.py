@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.colour import decode
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 
 Image = NDArray[np.uint8]
@@ -48,7 +48,7 @@ _LEVELS = np.arange(65536 >> COARSE) * float(1 << COARSE) + (1 << COARSE) / 2.0 
 ENCODE = np.rint(np.interp(_LEVELS, DECODE, np.arange(256) * float(FINE))).astype(np.int16)
 
 
-@compiled
+@leaf
 def blur_taps(
     psf: FloatArray, shift: float, length: float, box: FloatArray, taps: Places, weights: Levels
 ) -> tuple[int, int]:
@@ -106,7 +106,7 @@ def blur_taps(
     return start - radius + begin, number - begin
 
 
-@compiled
+@leaf
 def _tent_integral(x: float) -> float:
     """Return the integral up to x of ``max(1 - |x|, 0)``."""
     x = min(max(x, -1.0), 1.0)
@@ -115,7 +115,7 @@ def _tent_integral(x: float) -> float:
     return 1.0 - (1.0 - x) * (1.0 - x) / 2.0
 
 
-@compiled
+@leaf
 def find_changes(
     image: Image,
     blurs: bool,
@@ -165,7 +165,7 @@ def find_changes(
                     bits[y, kind, k] = gathered
 
 
-@compiled
+@leaf
 def plan_row(
     bits: Longs,
     origin: Places,
@@ -231,7 +231,7 @@ def plan_row(
     return light, fresh, bool(blurred != 0)
 
 
-@compiled
+@leaf
 def bring_to_light(image: Image, y: int, bits: Longs, above: int, page: int, light: Levels) -> None:
     """Decode a row onto a page; where it is as the row above, copy that one's page."""
     page, above, y = max(page, 0), max(above, 0), max(y, 0)
@@ -251,7 +251,7 @@ def bring_to_light(image: Image, y: int, bits: Longs, above: int, page: int, lig
         light[page, i] = light[page, i - 3]
 
 
-@compiled
+@leaf
 def blur_down(blocks: Places, light: Levels, pages: Places, down: Levels, pad: int, level: Levels) -> None:
     """Blur blocks down their columns; products are cut to 16 bits, which half a unit each makes good."""
     for j in range(0, len(down), LINES):
@@ -275,7 +275,7 @@ def blur_down(blocks: Places, light: Levels, pages: Places, down: Levels, pad: i
                 level[place + i] = np.uint16(value + one)
 
 
-@compiled
+@leaf
 def go_on(level: Levels, pad: int, n: int, back: int, ahead: int) -> None:
     """Let a row go on beyond the picture's borders as it ends."""
     for i in range(back):
@@ -284,7 +284,7 @@ def go_on(level: Levels, pad: int, n: int, back: int, ahead: int) -> None:
         level[pad + n + i] = level[pad + n - 3 + i % 3]
 
 
-@compiled
+@leaf
 def blur_along(
     blocks: Places,
     first: int,

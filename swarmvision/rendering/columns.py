@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.painting import (
     BASE,
@@ -41,7 +41,7 @@ ARC = (1.5707963050, -0.2145988016, 0.0889789874, -0.0501743046,
        0.0308918810, -0.0170881256, 0.0066700901, -0.0012624911)  # fmt: skip
 
 
-@compiled
+@leaf
 def shade(light: FloatArray, x: float, y: float, z: float) -> float:
     """Return Lambert's factor for a unit normal."""
     towards = light[2] * x + light[3] * y + light[4] * z
@@ -49,7 +49,7 @@ def shade(light: FloatArray, x: float, y: float, z: float) -> float:
     return factor
 
 
-@compiled
+@leaf
 def arcsine(x: float) -> float:
     """Return the arc sine, to 2e-8 rad and the same to the bit on every machine."""
     a = min(abs(x), 1.0)
@@ -60,7 +60,7 @@ def arcsine(x: float) -> float:
     return angle if x >= 0.0 else -angle
 
 
-@compiled
+@leaf
 def piece_of(knots: FloatArray, azimuth: float) -> int:
     """Return which straight piece of a pattern is at an azimuth (rad); whole turns count on."""
     turn = 2.0 * math.pi
@@ -72,7 +72,7 @@ def piece_of(knots: FloatArray, azimuth: float) -> int:
     return int(turns * (len(knots) - 1) + i)
 
 
-@compiled
+@leaf
 def piece_edges(knots: FloatArray, piece: int, azimuth: float) -> tuple[float, float]:
     """Return low and high edge (m) of a pattern, on one of its pieces, which may be drawn out."""
     turns, i = piece // (len(knots) - 1), piece % (len(knots) - 1)
@@ -84,7 +84,7 @@ def piece_edges(knots: FloatArray, piece: int, azimuth: float) -> tuple[float, f
     return low, high
 
 
-@compiled
+@leaf
 def circle_reach(view: FloatArray, x: float, y: float, radius: float) -> tuple[float, float]:
     """Return the columns (px) of the tangents to a circle in the lens frame; empty when it is behind.
 
@@ -107,7 +107,7 @@ def circle_reach(view: FloatArray, x: float, y: float, radius: float) -> tuple[f
     return view[1] - view[0] * other, FAR_ROW
 
 
-@compiled
+@leaf
 def box_reach(view: FloatArray, box: FloatArray) -> tuple[float, float]:
     """Return the columns (px) of a box's silhouette; box is x, y, yaw, half length, half width."""
     left, right = FAR_ROW, -FAR_ROW
@@ -126,7 +126,7 @@ def box_reach(view: FloatArray, box: FloatArray) -> tuple[float, float]:
     return left, right
 
 
-@compiled
+@leaf
 def _corner(box: FloatArray, i: int) -> tuple[float, float]:
     """Return a corner of a box, counter-clockwise from the front left one."""
     dx = box[3] if i in (0, 3) else -box[3]
@@ -135,7 +135,7 @@ def _corner(box: FloatArray, i: int) -> tuple[float, float]:
     return box[0] + cos * dx - sin * dy, box[1] + sin * dx + cos * dy
 
 
-@compiled
+@leaf
 def box_hit(view: FloatArray, box: FloatArray, column: float) -> tuple[float, float]:
     """Return near and far depth (m) of a box along a column (px)."""
     slope = (view[1] - column) / view[0]
@@ -149,7 +149,7 @@ def box_hit(view: FloatArray, box: FloatArray, column: float) -> tuple[float, fl
     return max(middle_x - half_x, middle_y - half_y), min(middle_x + half_x, middle_y + half_y)
 
 
-@compiled
+@leaf
 def circle_hit(view: FloatArray, solid: FloatArray, column: float) -> float:
     """Return the depth (m) of an upright cylinder's near side along a column (px)."""
     slope = (view[1] - column) / view[0]
@@ -160,7 +160,7 @@ def circle_hit(view: FloatArray, solid: FloatArray, column: float) -> float:
     return depth
 
 
-@compiled
+@leaf
 def box_sheet(
     view: FloatArray,
     light: FloatArray,
@@ -239,12 +239,12 @@ def box_sheet(
     return 3 if inside else 1 + lid
 
 
-@compiled
+@leaf
 def _one_over(x: float) -> float:
     return 1.0 / (x if abs(x) > LEAST else LEAST)
 
 
-@compiled
+@leaf
 def _face_shade(view: FloatArray, light: FloatArray, box: FloatArray, inside: bool, column: float) -> float:
     """Return the shade of the face that a column (px) meets; seen from inside it is the far one's."""
     slope = (view[1] - column) / view[0]
@@ -260,7 +260,7 @@ def _face_shade(view: FloatArray, light: FloatArray, box: FloatArray, inside: bo
     return shade(light, cos * side if across else -sin * side, sin * side if across else cos * side, 0.0)
 
 
-@compiled
+@leaf
 def cylinder_sheet(
     view: FloatArray,
     light: FloatArray,

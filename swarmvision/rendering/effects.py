@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.blur import (
     BLOCK,
@@ -60,7 +60,7 @@ LEHMER, LEHMER_PRIME = 48271, 2147483647  # S. K. Park, K. W. Miller, CACM 31, 1
 # not ask whether an index counts from the end.
 
 
-@compiled
+@leaf
 def _widen(image: Image, y: int, out: Words) -> None:
     """Take a row as it is."""
     y = max(y, 0)
@@ -68,7 +68,7 @@ def _widen(image: Image, y: int, out: Words) -> None:
         out[i] = np.int16(np.int16(image[y, i]) << 6)
 
 
-@compiled
+@leaf
 def _gain_of_row(factors: Words, columns: Words, gain: Levels) -> None:
     """Compose a row's gain on codes of two products of a row and a column factor, and a third number."""
     one, two, base = factors[0], factors[1], factors[2]
@@ -77,7 +77,7 @@ def _gain_of_row(factors: Words, columns: Words, gain: Levels) -> None:
         gain[i] = np.uint16(np.int16(part + np.int16((np.int32(columns[1, i]) * np.int32(two)) >> 16)))
 
 
-@compiled
+@leaf
 def _light(blocks: Places, before: Words, gain: Levels, least: Levels, most: Levels, row: Words) -> None:
     """Multiply light; where that matters hold it between the lines of least and greatest gain (1/4096)."""
     for k in range(len(blocks)):
@@ -94,7 +94,7 @@ def _light(blocks: Places, before: Words, gain: Levels, least: Levels, most: Lev
             row[i] = np.int16(min(max(np.int64(row[i]), low), high))
 
 
-@compiled
+@leaf
 def _spread(blocks: Places, row: Words, law: Words, step: int, out: Words) -> None:
     """Find the standard deviation of the noise of each level: a line with three bends, times ``step``."""
     base, c0, c1, c2, c3 = law[0], law[1], law[2], law[3], law[4]
@@ -110,7 +110,7 @@ def _spread(blocks: Places, row: Words, law: Words, step: int, out: Words) -> No
             out[start + i] = np.int16(std * times)
 
 
-@compiled
+@leaf
 def _store(row: Words, std: Words, stream: Words, begin: int, image: Image, y: int) -> None:
     """Add noise and round."""
     begin, y = max(begin, 0), max(y, 0)
@@ -120,7 +120,7 @@ def _store(row: Words, std: Words, stream: Words, begin: int, image: Image, y: i
         image[y, i] = np.uint8(max(min(code, np.int16(255)), np.int16(0)))
 
 
-@compiled
+@leaf
 def _drop_bits(out: Image, bits: int) -> None:
     """Keep the upper bits and repeat them below, so that black stays black and white white."""
     mask, again = np.uint8(256 - (1 << (8 - bits))), np.uint16(256 >> bits)
@@ -129,7 +129,7 @@ def _drop_bits(out: Image, bits: int) -> None:
         out[i] = np.uint8(upper | np.uint8(np.uint16(np.uint16(upper) * again) >> 8))
 
 
-@compiled
+@leaf
 def spoil(
     image: Image,
     psf: FloatArray,

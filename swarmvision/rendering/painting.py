@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.colour import decode, encode
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 
 Image = NDArray[np.uint8]
@@ -50,13 +50,13 @@ D0, D1, D2, D3, D4, D5 = (
 )  # fmt: skip
 
 
-@compiled
+@leaf
 def room(columns: int) -> int:
     """Return how many numbers a row of a profile has for so many columns."""
     return (columns + 1 + LANES + STEP - 1) // STEP * STEP
 
 
-@compiled
+@leaf
 def code_of(light: np.float32) -> np.uint8:
     """Return sRGB, rounded, of light in [0, 1]."""
     root = np.sqrt(light)
@@ -66,7 +66,7 @@ def code_of(light: np.float32) -> np.uint8:
     return np.uint8(np.int32((curve if light > KNEE else line) + HALF))
 
 
-@compiled
+@leaf
 def light_of(code: np.uint8) -> np.float32:
     """Return light in [0, 1] of sRGB."""
     value = np.float32(code)
@@ -77,27 +77,27 @@ def light_of(code: np.uint8) -> np.float32:
     return curve if value > CODE_KNEE else line
 
 
-@compiled
+@leaf
 def below(row: np.float32, end: np.float32) -> np.float32:
     """Return the share of a pixel that ends at a row (px) which lies below another row."""
     return min(max(end - row, ZERO), ONE)
 
 
-@compiled
+@leaf
 def _eight(source: Image, k: int, i: int) -> tuple[np.uint8, ...]:
     """Return eight bytes; loads that end before the first store become one."""
     return (source[k, i], source[k, i + 1], source[k, i + 2], source[k, i + 3],
             source[k, i + 4], source[k, i + 5], source[k, i + 6], source[k, i + 7])  # fmt: skip
 
 
-@compiled
+@leaf
 def _put(out: Image, y: int, x: int, eight: tuple[np.uint8, ...]) -> None:
     """Write eight bytes."""
     out[y, x], out[y, x + 1], out[y, x + 2], out[y, x + 3] = eight[0], eight[1], eight[2], eight[3]
     out[y, x + 4], out[y, x + 5], out[y, x + 6], out[y, x + 7] = eight[4], eight[5], eight[6], eight[7]
 
 
-@compiled
+@leaf
 def paint_sheet(
     image: Image,
     window: Places,

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
@@ -121,7 +121,7 @@ def _bending_maps(lens: Lens) -> tuple[NDArray[np.float32], NDArray[np.float32]]
     return straight[..., 0].astype(np.float32), straight[..., 1].astype(np.float32)
 
 
-@compiled
+@leaf
 def draw(
     image: Image,
     lens_pose: FloatArray,
@@ -240,7 +240,7 @@ def draw(
             part += 1
 
 
-@compiled
+@leaf
 def _fill_rows(
     image: Image, window: Places, horizon: float, plan: Singles, profile: Singles, backdrop: Image
 ) -> None:
@@ -262,7 +262,7 @@ def _fill_rows(
     window[0], window[1] = first, last
 
 
-@compiled
+@leaf
 def _cull(
     width: int,
     lens_pose: FloatArray,
@@ -305,7 +305,7 @@ def _cull(
     return used
 
 
-@compiled
+@leaf
 def _sort(used: int, view: FloatArray, solids: FloatArray, order: Places) -> None:
     """Order what is in view far to near: by the middles, and where those do not tell, by what hides what.
 
@@ -338,7 +338,7 @@ def _sort(used: int, view: FloatArray, solids: FloatArray, order: Places) -> Non
             i += 1
 
 
-@compiled
+@leaf
 def _hide(used: int, stage: Stage, scratch: Scratch) -> None:
     """Note which parts of robots are behind markers of nearer ones, whole pixels of them, and need no paint.
 
@@ -377,7 +377,7 @@ def _hide(used: int, stage: Stage, scratch: Scratch) -> None:
                         covered[0, c], covered[1, c] = top, bottom
 
 
-@compiled
+@leaf
 def _is_hidden(view: FloatArray, one: FloatArray, two: FloatArray) -> bool:
     """Return whether a solid is hidden by one whose middle is farther; both are convex and disjoint."""
     left, right = max(one[LEFT], two[LEFT]), min(one[RIGHT], two[RIGHT])
@@ -393,7 +393,7 @@ def _is_hidden(view: FloatArray, one: FloatArray, two: FloatArray) -> bool:
     return hidden
 
 
-@compiled
+@leaf
 def _depths(view: FloatArray, solid: FloatArray, column: float) -> tuple[float, float]:
     """Return at which depths (m) a column (px) enters and leaves a solid; nowhere if not in this order."""
     if solid[ROUND] == solid[SIZE]:  # a cylinder

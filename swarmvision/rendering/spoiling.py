@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
 from swarmvision.rendering.blur import BLOCK, LINES, PHASES, WORD, Image, Levels, Longs, Places, Words
@@ -95,7 +95,7 @@ def aligned(shape: tuple[int, ...], kind: type[Number]) -> NDArray[Number]:
     return memory[begin : begin + size].view(kind).reshape(shape)
 
 
-@compiled
+@leaf
 def spoil_picture(image: Image, key: int, shear: float, length: float, faults: Faults, dirt: Dirt) -> None:
     """Spoil a picture in place, without the interpreter; may be called by compiled code.
 

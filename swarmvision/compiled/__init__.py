@@ -1,0 +1,77 @@
+"""``@compiled``: numba where it is installed, the very same Python function where it is not.
+
+A robot has NumPy and OpenCV and often no numba; a workstation has numba. Kernels are therefore
+written once, as plain loops. No ``fastmath``: the same seed gives the same bytes on every target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from swarmvision.compiled.stamp import Stamp
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+try:
+    from numba.core import config
+
+    from swarmvision.compiled.kernel import Kernel
+except ImportError:  # a robot: plain Python runs the same lines
+    HAS_NUMBA = False
+else:
+    HAS_NUMBA = not config.DISABLE_JIT
+
+OPTIONS = {"nopython": True, "_nrt": True, "nogil": True, "fastmath": False, "error_model": "numpy"}
+
+
+def compiled(function: Function) -> Function:
+    """Return the function compiled at its first call, without the interpreter lock, cached on disk."""
+    return _compiled(function)
+
+
+def leaf(function: Function) -> Function:
+    """Return the same of a function that makes no array and returns none, whose references are not counted.
+
+    Counting them costs some 5 ns an array and call, more than many a small function does. What such a
+    function calls must return no array either.
+    """
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: Function, **options: Any) -> Function:
+    if not HAS_NUMBA:
+        return function
+    kernel: Any = Kernel(function, targetoptions={**OPTIONS, **options})
+    kernel.enable_caching()
+    file: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if hasattr(file, "_source_stamp"):  # numba's own, and not promised
+        file._source_stamp = Stamp(function.__module__)
+    return kernel  # type: ignore[no-any-return]
+
+
+@contextmanager
+def announced_compilation(announce: Callable[[], None]) -> Iterator[None]:
+    """Call ``announce`` once if numba really compiles something inside the block.
+
+    A kernel that comes from the cache on disk is silent.
+    """
+    if not HAS_NUMBA:
+        yield
+        return
+    from numba.core import event
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba is untyped
+        said = False
+
+        def on_start(self, event: Any) -> None:
+            if not self.said:
+                self.said = True
+                announce()
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        yield

@@ -1,0 +1,129 @@
+"""A kernel: optimised once, together with everything that it calls, where Python calls it.
+
+numba optimises every function as soon as it is called from another, generates its machine code and a door
+for Python, and does so again inside each caller, and once more for each constant that is handed over. Here a
+kernel that a kernel calls is a *part*: typed, not optimised, nowhere but in memory. What Python calls is a
+*whole*: it takes in its parts and the parts of its parts, is optimised and kept on disk. A large
+kernel compiles in less than half the time, and the code has the same steps in the same order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from numba.core import codegen, compiler, event, sigutils, typing
+from numba.core import types as _types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+from numba.core.registry import CPUDispatcher
+
+types: Any = _types  # its names come by star
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
+    """Compiles wholes as numba does, by our compiler, and hands parts to other kernels."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
+        super().__init__(py_func, locals, targetoptions)
+        self._compiler = _Compiler(
+            py_func, self.targetdescr, self.targetoptions, self.locals, compiler.Compiler
+        )
+        self._parts: dict[Any, tuple[Any, object]] = {}
+        """Signature and the target's name of each part, by the types of its arguments."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Tell a kernel that is being typed what calling this one means; constants are values."""
+        pysig, args = self._compiler.fold_argument_types(args, kws)
+        args = tuple(types.unliteral(each) for each in args)
+        with global_compiler_lock, self._compiling_counter:
+            if args not in self._parts:
+                self._parts[args] = self._part(args)
+        name = self.py_func.__name__
+        signatures = [signature for signature, _ in self._parts.values()]
+        return typing.make_concrete_template(name, key=name, signatures=signatures), pysig, args, {}
+
+    def get_overload(self, sig: Any) -> object:
+        """Return the name by which the target knows a part."""
+        args, _ = sigutils.normalize_signature(sig)
+        return self._parts[tuple(args)][1]
+
+    def _part(self, args: tuple[Any, ...]) -> tuple[Any, object]:
+        details = {"dispatcher": self, "args": args, "return_type": None}
+        with event.trigger_event("numba:compile", data=details):
+            part = self._compiler.compile_part(args)
+        name = object()
+        self.targetctx.insert_user_function(name, part.fndesc, [part.library])
+        return part.signature, name
+
+
+class _Compiler(_FunctionCompiler):  # type: ignore[misc]
+    """Builds parts and wholes."""
+
+    def compile_part(self, args: tuple[Any, ...]) -> Any:
+        """Return a part for arguments of these types."""
+        return self._build(_Part, args, None)
+
+    def _compile_core(self, args: tuple[Any, ...], return_type: Any) -> Any:
+        """Return a whole, ready to be called (numba's own hook)."""
+        result = self._build(_Whole, args, return_type)
+        for environment in result._find_referenced_environments():  # its parts' too
+            result.library.codegen.set_env(environment.env_name, environment)
+        return result
+
+    def _build(self, kind: type[_Part | _Whole], args: tuple[Any, ...], return_type: Any) -> Any:
+        flags = compiler.Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        flags.no_cfunc_wrapper = True
+        flags.no_compile = flags.no_cpython_wrapper = kind is _Part
+        target = self.targetdescr.target_context
+        library = kind(target.codegen(), self.py_func.__qualname__)
+        if kind is _Whole:
+            library.enable_object_caching()
+        return compiler.compile_extra(
+            self.targetdescr.typing_context,
+            target,
+            self.py_func,
+            args,
+            return_type,
+            flags,
+            self.locals,
+            library,
+            self.pipeline_class,
+        )
+
+
+class _Part(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Code of one kernel alone, to be linked into wholes."""
+
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        self._finalized = True
+
+
+class _Whole(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel and of all its parts."""
+
+    def finalize(self) -> None:
+        self._linking_libraries: list[Any] = _with_parts(self._linking_libraries)
+        super().finalize()
+
+
+def _with_parts(libraries: Iterable[Any]) -> list[Any]:
+    """Return libraries and those that parts among them call, each once, and callers before what they call.
+
+    The linker takes nothing that nobody has asked for yet.
+    """
+    found: dict[Any, None] = {}
+    ordered: list[Any] = []
+
+    def visit(library: Any) -> None:
+        if library not in found:
+            found[library] = None
+            for callee in library._linking_libraries if isinstance(library, _Part) else ():
+                visit(callee)
+            ordered.append(library)
+
+    for library in libraries:
+        visit(library)
+    return ordered[::-1]
