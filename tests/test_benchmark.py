@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
 import subprocess
 import sys
+import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +17,7 @@ import numpy as np
 import pytest
 
 from swarmvision.benchmark import rivals
+from swarmvision.benchmark.apart import Apart, apart
 from swarmvision.benchmark.pictures import found, spoiled
 from swarmvision.benchmark.rival_detectors import aruco, finding_all, tags
 from swarmvision.benchmark.stage import (
@@ -29,7 +34,7 @@ from swarmvision.benchmark.stage import (
 )
 from swarmvision.benchmark.swarms import SENSORS
 from swarmvision.benchmark.table import table_text
-from swarmvision.benchmark.timing import Absent, Call, difference, duration, medians, ratio
+from swarmvision.benchmark.timing import WALL, Absent, Call, LostError, difference, duration, medians, ratio
 
 # A fresh machine compiles every kernel in the quick run.
 pytestmark = pytest.mark.timeout(900)
@@ -111,9 +116,45 @@ def test_a_rival_that_fails_is_absent_with_its_name_and_one_line() -> None:
         raise OSError("no display\nand much more")
 
     assert rivals.attempt("pyrender", broken) == Absent("pyrender: no display")
-    assert rivals.attempt("aruco", finding_all(lambda _: lambda: 4, np.zeros((2, 2, 3), np.uint8), 5)) == (
-        Absent("aruco: found 4 of 5 tags")
+    assert apart("aruco", "cv2", finding_all, aruco, np.zeros((9, 9, 3), np.uint8), 5) == (
+        Absent("aruco: found 0 of 5 tags")
     )
+
+
+def test_a_rival_that_ends_its_process_is_absent_with_the_signal() -> None:
+    reason = "doom: its process was ended by SIGSEGV"
+    assert apart("doom", "os", _crashing, 0) == Absent(reason)  # before its first turn
+    rival = apart("doom", "os", _crashing, 3)
+    assert isinstance(rival, Apart)
+    told = medians({"ours": lambda: None, "theirs": rival}, 0.0)  # and in the midst of it
+    rival.close()
+    assert told["theirs"] == Absent(reason)
+    assert isinstance(told["ours"], float)
+
+
+def test_a_rival_apart_takes_turns_until_it_is_closed() -> None:
+    rival = apart("sleeper", "os", _sleeping)
+    assert isinstance(rival, Apart)
+    assert rival.duration(WALL) >= 0.001
+    rival.close()
+    with pytest.raises(LostError, match="sleeper: its process was ended"):
+        rival.duration(WALL)
+    assert apart("nobody", "no_such_module", _sleeping) == Absent("nobody: No module named 'no_such_module'")
+
+
+def _crashing(_: ExitStack, turns: int) -> Call:
+    left = [turns]
+
+    def turn() -> None:
+        if not left[0]:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        left[0] -= 1
+
+    return turn
+
+
+def _sleeping(_: ExitStack) -> Call:
+    return lambda: time.sleep(0.001)
 
 
 def test_medians_tell_the_present_and_keep_the_absent() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.benchmark import rivals
+from swarmvision.benchmark.apart import Apart, apart
 from swarmvision.benchmark.rival_swarms import vmas
 from swarmvision.benchmark.stage import swarm
 from swarmvision.benchmark.swarms import SEED, SENSORS
@@ -31,14 +31,17 @@ def figures(effort: Effort) -> dict[str, Figure]:
         given.sense()
         given.act(commands)
 
+    rival = apart("vmas", "vmas", vmas, effort.worlds, ROBOTS)
     ms = medians(
         {
             "given": sense_and_act,
             "flocking": flocking.step,
-            "vmas": rivals.attempt("vmas", lambda: vmas(effort.worlds, ROBOTS)),
+            "vmas": rival,
         },
         effort.seconds,
     )
+    if isinstance(rival, Apart):
+        rival.close()
     steps = 1e3 * effort.worlds * ROBOTS
     return {
         "worlds_robot_steps_per_second_core": ratio(steps, ms["given"]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -11,6 +11,7 @@ import numpy as np
 from swarmvision.benchmark import rival_detectors as detectors
 from swarmvision.benchmark import rival_renderers as renderers
 from swarmvision.benchmark import rivals
+from swarmvision.benchmark.apart import Apart, apart
 from swarmvision.benchmark.stage import (
     ARENA,
     DRAWN,
@@ -35,11 +36,11 @@ from swarmvision.rendering.raycast import Raycaster
 
 FULL_WIDTH = 640  # px, of the paper's pictures
 DETECTORS = {
-    "aruco": ("DICT_4X4_50", 6, detectors.aruco),
-    "apriltag": ("DICT_APRILTAG_36h11", 8, detectors.apriltag),
-    "locus": ("DICT_APRILTAG_36h11", 8, detectors.locus),
+    "aruco": ("cv2", "DICT_4X4_50", 6, detectors.aruco),
+    "apriltag": ("pupil_apriltags", "DICT_APRILTAG_36h11", 8, detectors.apriltag),
+    "locus": ("locus", "DICT_APRILTAG_36h11", 8, detectors.locus),
 }
-"""OpenCV's name of the tags, their width in modules, and who finds them."""
+"""The module it is in, OpenCV's name of the tags, their width in modules, and who finds them."""
 
 
 @dataclass(slots=True)
@@ -56,7 +57,6 @@ class _Counter:
 def drawing(effort: Effort) -> dict[str, Figure]:
     """Return what a picture with ``DRAWN`` neighbours costs (ms): ours, with noise, spoiled, and rivals."""
     lens, scene = lens_of(FULL_WIDTH), in_view(DRAWN)
-    closers: list[Call] = []
 
     def plain(*, shaded: bool) -> Callable[[], Call]:
         def build() -> Call:
@@ -71,15 +71,11 @@ def drawing(effort: Effort) -> dict[str, Figure]:
         "render_and_spoil": _render(lens, scene, IMPERFECTIONS["pi-v1"]),
         "pyrender_flat": rivals.attempt("pyrender", plain(shaded=False)),
         "pyrender_shaded": rivals.attempt("pyrender", plain(shaded=True)),
-        "vizdoom": rivals.attempt("vizdoom", lambda: renderers.vizdoom(closers)),
-        "pybullet": rivals.attempt("pybullet", lambda: renderers.pybullet(scene, closers)),
+        "vizdoom": apart("vizdoom", "vizdoom", renderers.vizdoom),
+        "pybullet": apart("pybullet", "pybullet", renderers.pybullet, scene),
         "copy": _copy(lens),
     }
-    try:
-        return medians(calls, 2.0 * effort.seconds, elsewhere=("vizdoom",))
-    finally:
-        for close in closers:
-            close()
+    return _beside(calls, 2.0 * effort.seconds, elsewhere=("vizdoom",))
 
 
 def reading(effort: Effort) -> dict[str, Figure]:
@@ -99,11 +95,11 @@ def reading(effort: Effort) -> dict[str, Figure]:
     calls: dict[str, Call | Absent] = {
         method: _read(lens, picture, method) for method in ("edges", "fit", "moments")
     }
-    for name, (family, modules, detector) in DETECTORS.items():
+    for name, (module, family, modules, detector) in DETECTORS.items():
         tagged = _tagged(lens, scene, family, modules)
-        calls[name] = rivals.attempt(name, detectors.finding_all(detector, tagged, READ))
+        calls[name] = apart(name, module, detectors.finding_all, detector, tagged, READ)
     calls["aruco_on_markers"] = rivals.attempt("aruco", lambda: detectors.aruco(picture))
-    return medians(calls, 2.0 * effort.seconds)
+    return _beside(calls, 2.0 * effort.seconds)
 
 
 def by_neighbours(effort: Effort) -> dict[int, dict[str, Figure]]:
@@ -133,6 +129,18 @@ def spoiled(lens: Lens, scene: Scene, turn_rate: float = TURN_RATE) -> Image:
     image = drawn(lens, scene)
     Imperfections(IMPERFECTIONS["pi-v1"], lens).spoil(image, 1, turn_rate)
     return image
+
+
+def _beside(
+    calls: Mapping[str, Call | Absent], seconds: float, elsewhere: Container[str] = ()
+) -> dict[str, Figure]:
+    """Return medians, and end the processes of rivals."""
+    try:
+        return medians(calls, seconds, elsewhere)
+    finally:
+        for call in calls.values():
+            if isinstance(call, Apart):
+                call.close()
 
 
 def _tagged(lens: Lens, scene: Scene, family: str, modules: int) -> Image | Absent:

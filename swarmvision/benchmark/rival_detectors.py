@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 
 import cv2
 import numpy as np
@@ -49,16 +50,16 @@ def locus(image: Image) -> Callable[[], int]:
 
 
 def finding_all(
-    build: Callable[[Image], Callable[[], int]], image: Image | Absent, count: int
-) -> Callable[[], Call]:
-    """Return how to build a detector that must find ``count`` tags in the picture."""
+    _: ExitStack, build: Callable[[Image], Callable[[], int]], image: Image | Absent, count: int
+) -> Call:
+    """Return a detector that has found ``count`` tags in the picture.
 
-    def ready() -> Call:
-        if isinstance(image, Absent):
-            raise RuntimeError(image.reason)
-        detect = build(image)
-        if (found := detect()) != count:
-            raise RuntimeError(f"found {found} of {count} tags")
-        return detect
-
-    return ready
+    Raises:
+        RuntimeError: If it finds fewer or more, or there is no picture.
+    """
+    if isinstance(image, Absent):
+        raise RuntimeError(image.reason)
+    detect = build(image)
+    if (found := detect()) != count:
+        raise RuntimeError(f"found {found} of {count} tags")
+    return detect

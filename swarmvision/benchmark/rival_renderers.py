@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from swarmvision.colour import rgb
 from swarmvision.data import Scene
 
 
-def vizdoom(closers: list[Call]) -> Call:
+def vizdoom(closing: ExitStack) -> Call:
     """Return one tic of a Doom level with monsters in view, drawn at 640x480 without a window."""
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
@@ -24,9 +25,8 @@ def vizdoom(closers: list[Call]) -> Call:
 
     game = doom.DoomGame()
     game.load_config(str(Path(doom.scenarios_path) / "defend_the_center.cfg"))
-    folder = tempfile.TemporaryDirectory()  # the engine writes its settings where it is told, else here
-    closers.append(folder.cleanup)
-    game.set_doom_config_path(str(Path(folder.name) / "settings.ini"))
+    folder = closing.enter_context(tempfile.TemporaryDirectory())  # of the engine's settings, else here
+    game.set_doom_config_path(str(Path(folder) / "settings.ini"))
     game.set_window_visible(False)
     game.set_sound_enabled(False)
     game.set_screen_resolution(doom.ScreenResolution.RES_640X480)
@@ -34,7 +34,7 @@ def vizdoom(closers: list[Call]) -> Call:
     game.set_episode_timeout(0)
     game.set_seed(1)
     game.init()
-    closers.insert(0, game.close)
+    closing.callback(game.close)
 
     def tic() -> Any:
         if game.is_episode_finished():
@@ -46,12 +46,12 @@ def vizdoom(closers: list[Call]) -> Call:
     return tic
 
 
-def pybullet(scene: Scene, closers: list[Call]) -> Call:
+def pybullet(closing: ExitStack, scene: Scene) -> Call:
     """Return a picture by the software renderer (TinyRenderer), each robot a box and a cylinder."""
     import pybullet as bullet
 
     client = bullet.connect(bullet.DIRECT)
-    closers.append(lambda: bullet.disconnect(client))
+    closing.callback(bullet.disconnect, client)
     height = MARKER.height
     pole = bullet.createVisualShape(
         bullet.GEOM_CYLINDER, radius=MARKER.radius, length=height, rgbaColor=[1, 0, 0, 1]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 from swarmvision.benchmark.timing import Call
 
 
-def vmas(worlds: int, robots: int) -> Call:
+def vmas(_: ExitStack, worlds: int, robots: int) -> Call:
     """Return a step of VMAS's scenario ``flocking`` on one core, rewards and observations included."""
     import torch
     import vmas as library

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 Call = Callable[[], object]
 Clock = Callable[[], int]
 """Tells ns."""
+
 CPU: Clock = time.process_time_ns
 WALL: Clock = time.perf_counter_ns
 
@@ -31,6 +32,10 @@ class Absent:
 
 
 Figure = float | Absent
+
+
+class LostError(Exception):
+    """A rival came to an end of its own; the text is the reason, in one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,33 +106,43 @@ def medians(
     """Return the median duration (ms) of every call; they take turns until the time is up.
 
     Each is called twice to warm up. A turn is a burst of a few milliseconds, every call of which is a
-    sample of its own. What is absent stays so.
+    sample of its own. What is absent stays so, and what comes to an end is absent.
 
     Args:
         calls: By name.
         seconds: To spend on all of them together, about (s).
         elsewhere: Names of those that work in a process of their own: the wall's clock times them.
     """
-    present = {name: call for name, call in calls.items() if not isinstance(call, Absent)}
-    clocks = {name: WALL if name in elsewhere else CPU for name in present}
-    bursts = {}
-    for name, call in present.items():
-        call()
-        bursts[name] = max(1, min(LONGEST, int(BURST / max(duration(call), 1e-7))))
-    samples: dict[str, list[float]] = {name: [] for name in present}
+    samples: dict[str, list[float]] = {name: [] for name in calls}
+    lost = {name: call for name, call in calls.items() if isinstance(call, Absent)}
+    bursts: dict[str, int] = {}
     end, turns = time.perf_counter() + seconds, 0
     while turns < LEAST or time.perf_counter() < end:
-        for name, call in present.items():
-            samples[name] += [duration(call, clocks[name]) for _ in range(bursts[name])]
+        for name, call in calls.items():
+            if isinstance(call, Absent) or name in lost:
+                continue
+            try:
+                if name not in bursts:
+                    bursts[name] = _burst(call)
+                clock = WALL if name in elsewhere else CPU
+                samples[name] += [duration(call, clock) for _ in range(bursts[name])]
+            except LostError as end_of_it:
+                lost[name] = Absent(str(end_of_it))
         turns += 1
-    return {
-        name: call if isinstance(call, Absent) else 1e3 * statistics.median(samples[name])
-        for name, call in calls.items()
-    }
+    return {name: lost[name] if name in lost else 1e3 * statistics.median(samples[name]) for name in calls}
+
+
+def _burst(call: Call) -> int:
+    """Return how many calls make a turn."""
+    call()
+    return max(1, min(LONGEST, int(BURST / max(duration(call), 1e-7))))
 
 
 def duration(call: Call, clock: Clock = CPU) -> float:
-    """Return how long one call takes (s)."""
+    """Return how long one call takes (s); what runs elsewhere tells it itself."""
+    elsewhere: Callable[[Clock], float] | None = getattr(call, "duration", None)
+    if elsewhere is not None:
+        return elsewhere(clock)
     start = clock()
     call()
     return 1e-9 * (clock() - start)
