@@ -37,7 +37,12 @@ def measure(effort: Effort, say: Callable[[str], None]) -> Report:
     by_robots = swarms.by_robots(effort)
     curves["robots"] = by_robots
     say("a hundred robots, many worlds, memory and first pictures")
-    figures |= {**loop(chain), **growth(by_robots), **swarming(effort), **process.figures(effort)}
+    figures |= {
+        **loop(chain),
+        **growth(by_robots, effort.seconds),
+        **swarming(effort),
+        **process.figures(effort),
+    }
     return {
         **{name: None if isinstance(figure, Absent) else figure for name, figure in figures.items()},
         "reasons": {name: figure.reason for name, figure in figures.items() if isinstance(figure, Absent)},
@@ -87,12 +92,15 @@ def loop(ms: Mapping[str, Figure]) -> dict[str, Figure]:
     }
 
 
-def growth(rows: Mapping[int, Mapping[str, Figure]]) -> dict[str, Figure]:
+def growth(rows: Mapping[int, Mapping[str, Figure]], seconds: float) -> dict[str, Figure]:
     """Return by which factor a robot's cost grows from ``FEW`` robots to ``MANY``, and what is in view."""
     missing = {name: Absent(f"only a full run has swarms of {FEW} and {MANY}") for name in swarms.SENSORS}
     few, many = rows.get(FEW, missing), rows.get(MANY, missing)
     return {
         **{f"{name}_cost_per_robot_1000_over_10": ratio(many[name], few[name]) for name in swarms.SENSORS},
+        "camera_cost_per_picture_1000_over_10_in_one_crowd": (
+            swarms.in_one_crowd(MANY, FEW, seconds) if MANY in rows else missing["camera"]
+        ),
         "neighbours_in_view_of_10_robots": swarms.neighbours_in_view(FEW),
         "neighbours_in_view_of_1000_robots": swarms.neighbours_in_view(MANY),
     }

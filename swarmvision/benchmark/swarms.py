@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import statistics
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +28,7 @@ from swarmvision.sensing.camera import CameraSensor
 from swarmvision.simulation import Simulation
 
 CHAIN_ROBOTS = 32  # of the swarm whose pictures are counted
+GROUPS = 10  # of robots, whose pictures stand for those of a whole crowd
 SEED = 1
 NEAREST_TOLD = 6  # neighbours that sensors without pictures tell of
 SENSORS: dict[str, dict[str, Any]] = {
@@ -97,6 +98,27 @@ def chain(effort: Effort) -> dict[str, Figure]:
     return found | ({"naive": naive} if isinstance(naive, Absent) else {})
 
 
+def in_one_crowd(robots: int, few: int, seconds: float) -> float:
+    """Return what a picture costs where all robots of a crowd take one, over where ``few`` of them do.
+
+    Both see the same crowd: what is left is what a camera pays for other cameras. ``GROUPS`` groups,
+    chosen at random, stand for all.
+    """
+    scenario = swarm(robots, SENSORS["camera"])
+    film = _Film(Simulation(swarm(robots, SENSORS["truth"]), SEED))
+    shuffled = np.random.default_rng(SEED).permutation(robots)
+    groups = [shuffled[few * i : few * (i + 1)] for i in range(GROUPS)]
+    everybody = _watcher(scenario, film, 1)
+    watchers = [_watcher(scenario, film, 1, set(range(robots)).difference(group)) for group in groups]
+    ratios: list[float] = []
+    end = time.perf_counter() + seconds
+    while len(ratios) <= LEAST or time.perf_counter() < end:
+        film.scene(everybody.number)
+        by_few = sum(duration(watcher.look) for watcher in watchers) / (GROUPS * few)
+        ratios.append(duration(everybody.look) / robots / by_few)
+    return statistics.median(ratios[1:])  # the first picture warms up
+
+
 def real_time(effort: Effort) -> float:
     """Return simulated seconds per second of a whole flock with one 32 Hz camera each, two workers."""
     cost = step_cost(swarm(effort.swarm, SENSORS["camera"]), effort.seconds * 2.0, workers=2)
@@ -142,10 +164,12 @@ def step_cost(scenario: ScenarioConfig, seconds: float, workers: int) -> float:
     return cost
 
 
-def _watcher(scenario: ScenarioConfig, film: _Film, workers: int) -> _Watcher:
+def _watcher(scenario: ScenarioConfig, film: _Film, workers: int, idle: Collection[int] = ()) -> _Watcher:
     config = scenario.sensor
     assert config.kind == "camera"
-    sensor = CameraSensor(config, scenario.robot, scenario.arena, scenario.robots, SEED, workers=workers)
+    sensor = CameraSensor(
+        config, scenario.robot, scenario.arena, scenario.robots, SEED, workers=workers, idle=idle
+    )
     return _Watcher(sensor, film)
 
 

@@ -41,6 +41,10 @@ NUMBERS = (
     ("cost per robot, 1,000 over 10 robots, cameras", "camera_cost_per_robot_1000_over_10"),
     ("neighbours in view on average, hidden or not, of 10 robots", "neighbours_in_view_of_10_robots"),
     ("of 1,000 robots", "neighbours_in_view_of_1000_robots"),
+    (
+        "cost per picture with equally many in view: all of 1,000 robots over 10 among them",
+        "camera_cost_per_picture_1000_over_10_in_one_crowd",
+    ),
     ("cost per robot, 1,000 over 10 robots, `truth`", "truth_cost_per_robot_1000_over_10"),
     ("the same, `error_model`", "error_model_cost_per_robot_1000_over_10"),
     ("resident memory grown over {pictures} pictures (MB)", "memory_growth_mb"),

@@ -67,7 +67,7 @@ FULL = Effort(
     widths_px=(80, 160, 320, 640, 1280),
     swarm=100,
     worlds=256,
-    pictures=10_000,
+    pictures=100_000,
     fresh=True,
 )
 QUICK = Effort(
