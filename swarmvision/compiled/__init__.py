@@ -16,11 +16,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
     from numba.core import config
-
-    from swarmvision.compiled.kernel import Kernel
 except ImportError:  # a robot: plain Python runs the same lines
     HAS_NUMBA = False
 else:
+    from swarmvision.compiled.kernel import Kernel
+
     HAS_NUMBA = not config.DISABLE_JIT
 
 OPTIONS = {"nopython": True, "_nrt": True, "nogil": True, "fastmath": False, "error_model": "numpy"}

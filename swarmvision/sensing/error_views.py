@@ -47,5 +47,6 @@ def view_of(distance: float, bearing: float, visible: float, radius: float) -> t
     if view == WHOLE:
         angle = EDGE - side * off * APART  # 0.02 ... 0.47: two terms of its sine are enough
         inside = (distance * (angle * (1.0 - angle * angle / 6.0)) - AHEAD * SINE_EDGE) / radius
-        view += (inside < INSIDE) + (inside < HALF)
+        view += inside < INSIDE
+        view += inside < HALF  # apart, for NumPy's truths add to one
     return view, side
