@@ -19,7 +19,7 @@ Clock = Callable[[], int]
 CPU: Clock = time.process_time_ns
 WALL: Clock = time.perf_counter_ns
 
-BURST, LONGEST = 0.002, 100  # s, calls: a turn lasts so long that a call finds its own data in the caches
+BURST, LONGEST = 0.02, 100  # s, calls: a turn lasts so long that most calls find their own data in the caches
 LEAST = 3  # turns of each call, however long it takes
 
 
@@ -105,7 +105,7 @@ def medians(
 ) -> dict[str, Figure]:
     """Return the median duration (ms) of every call; they take turns until the time is up.
 
-    Each is called twice to warm up. A turn is a burst of a few milliseconds, every call of which is a
+    Each is called twice to warm up. A turn is a burst of some 20 ms, every call of which is a
     sample of its own. What is absent stays so, and what comes to an end is absent.
 
     Args:
