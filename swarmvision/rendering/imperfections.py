@@ -23,7 +23,6 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ive
 
 from swarmvision.camera import Lens
 from swarmvision.colour import decode
@@ -149,14 +148,18 @@ def discrete_gaussian(std: float) -> FloatArray:
     """Return weights ``(2 r + 1,)`` that sum to 1 and have the variance ``std^2`` (px^2).
 
     The Gaussian of a lattice, ``exp(-t) I_n(t)``: T. Lindeberg, IEEE PAMI 12, 1990, doi:10.1109/34.49051.
-    A sampled Gaussian of half a pixel has a sixth less variance than it should.
+    A sampled Gaussian of half a pixel has a sixth less variance than it should. Its weights are the Fourier
+    coefficients of ``exp(t (cos - 1))``, taken round a circle so wide that its ends do not meet.
     """
     if std <= 0.0:
         return np.ones(1)
+    places = 64 + 16 * int(np.ceil(std))
+    circle = np.exp(std**2 * (np.cos(2.0 * np.pi * np.arange(places) / places) - 1.0))
+    half = np.fft.ifft(circle).real
     radius = 1
-    while 2.0 * float(ive(radius + 1, std**2)) > FAINT:
+    while 2.0 * half[radius + 1] > FAINT:
         radius += 1
-    weights = ive(np.abs(np.arange(-radius, radius + 1)), std**2)
+    weights = half[np.abs(np.arange(-radius, radius + 1))]
     return np.asarray(weights / weights.sum(), dtype=np.float64)
 
 
