@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import cv2
 import numpy as np
@@ -32,23 +33,24 @@ def mosaic(
 ) -> Image:
     """Return the sheet, shape ``(height_px, width_px, 3)``, of the robots that have cameras, in their order.
 
-    Pictures are scaled to fit a row and cropped to the rows round the horizon, where markers are. A robot
-    whose pictures were lost has a row that says so.
+    Pictures are scaled to fit a row, or several where there are few robots, and cropped to the rows round
+    the horizon, where markers are. A robot whose pictures were lost has a row that says so.
     """
     sheet = np.full((height_px, width_px, 3), PAPER, dtype=np.uint8)
     if not robots:
         return sheet
     order = np.argsort(-wrap(np.array(rig.yaws)), kind="stable")  # left first
     lenses = len(order)
-    columns = _columns(len(robots), lenses, rig, width_px, height_px)
-    rows = -(-len(robots) // columns)
+    columns, strips = _layout(len(robots), lenses, rig, width_px, height_px)
+    rows, abreast = -(-len(robots) // columns), -(-lenses // strips)
     cell_height, cell_width = height_px // rows, width_px // columns
+    strip_height, tile_width = cell_height // strips, (cell_width - TAG) // abreast - GAP
     for picture in pictures:
         row, column = divmod(robots.index(picture.robot), columns)
-        lens = int(np.flatnonzero(order == picture.lens)[0])
-        tile_width = (cell_width - TAG) // lenses - GAP
-        tile = _tile(picture, rig, marker, tile_width, cell_height - GAP)
-        y, x = row * cell_height, column * cell_width + TAG + lens * (tile_width + GAP)
+        strip, place = divmod(int(np.flatnonzero(order == picture.lens)[0]), abreast)
+        tile = _tile(picture, rig, marker, tile_width, strip_height - GAP)
+        y = row * cell_height + strip * strip_height
+        x = column * cell_width + TAG + place * (tile_width + GAP)
         sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
     blind = set(robots).difference(picture.robot for picture in pictures)
     for place, robot in enumerate(robots):
@@ -68,15 +70,16 @@ def _write(
     cv2.putText(sheet, text, corner, cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, width, cv2.LINE_AA)
 
 
-def _columns(robots: int, lenses: int, rig: Rig, width_px: int, height_px: int) -> int:
-    """Return the number of columns of robots that makes the pictures largest."""
+def _layout(robots: int, lenses: int, rig: Rig, width_px: int, height_px: int) -> tuple[int, int]:
+    """Return in how many columns robots stand, and in how many strips a robot's pictures, to be largest."""
     aspect = rig.lens.width_px / (0.62 * rig.lens.height_px)
 
-    def tile_width(columns: int) -> float:
-        rows = -(-robots // columns)
-        return min((width_px / columns - TAG) / lenses, height_px / rows * aspect)
+    def tile_width(layout: tuple[int, int]) -> float:
+        columns, strips = layout
+        rows, abreast = -(-robots // columns), -(-lenses // strips)
+        return min((width_px / columns - TAG) / abreast, height_px / (rows * strips) * aspect)
 
-    return max(range(1, robots + 1), key=tile_width)
+    return max(product(range(1, robots + 1), range(1, lenses + 1)), key=tile_width)
 
 
 def _tile(picture: Picture, rig: Rig, marker: Marker, width_px: int, height_px: int) -> Image:
