@@ -7,9 +7,14 @@ else's numbers (``numpy.random.SeedSequence``'s spawn key).
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+"""Between the counts of SplitMix64."""
+Bits = TypeVar("Bits", np.uint64, NDArray[np.uint64])
 
 
 class Subsystem(IntEnum):
@@ -34,6 +39,13 @@ def hashed(seed: int, subsystem: Subsystem, *key: int) -> int:
     return int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1))
 
 
+def mixed(value: Bits) -> Bits:
+    """Return a hash of 64 bits; a kernel compiles the same lines for one number."""
+    one = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    two = (one ^ (one >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return two ^ (two >> np.uint64(31))
+
+
 def numbered(keys: ArrayLike, number: ArrayLike) -> NDArray[np.int64]:
     """Return one number in 0..2**63 - 1 for keys of :func:`hashed` and counts that broadcast, as hashed.
 
@@ -41,8 +53,8 @@ def numbered(keys: ArrayLike, number: ArrayLike) -> NDArray[np.int64]:
     """
     steps = np.asarray(number, dtype=np.uint64) + np.uint64(1)
     with np.errstate(over="ignore"):  # it is meant to wrap
-        mixed = _mix(np.asarray(keys, dtype=np.uint64) + steps * _GOLDEN)
-    return np.asarray((mixed >> np.uint64(1)).astype(np.int64))
+        bits = mixed(np.asarray(keys, dtype=np.uint64) + steps * GOLDEN)
+    return np.asarray((bits >> np.uint64(1)).astype(np.int64))
 
 
 def draw(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[np.float64]:
@@ -51,11 +63,11 @@ def draw(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[n
     The same key and count give the same number in any company, so a swarm draws as its robots would alone.
     SplitMix64: G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014, doi:10.1145/2660193.2660195.
     """
-    mixed = np.asarray(keys, dtype=np.uint64)
+    bits = np.asarray(keys, dtype=np.uint64)
     with np.errstate(over="ignore"):  # it is meant to wrap
         for part in (*count, 1):
-            mixed = _mix(mixed + np.asarray(part).astype(np.uint64) * _GOLDEN)
-    return np.asarray((mixed >> np.uint64(11)).astype(np.float64) * 2.0**-53)
+            bits = mixed(bits + np.asarray(part).astype(np.uint64) * GOLDEN)
+    return np.asarray((bits >> np.uint64(11)).astype(np.float64) * 2.0**-53)
 
 
 def normal(keys: NDArray[np.uint64], *count: int | NDArray[np.int64]) -> NDArray[np.float64]:
@@ -81,12 +93,3 @@ class RobotKeys:
             more = [hashed(self._seed, self._subsystem, robot) for robot in range(known, robots)]
             self._keys = np.concatenate([self._keys, np.array(more, dtype=np.uint64)])
         return self._keys[:robots]
-
-
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-
-
-def _mix(value: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    value = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    value = (value ^ (value >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.asarray(value ^ (value >> np.uint64(31)), dtype=np.uint64)

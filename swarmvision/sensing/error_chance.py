@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarmvision import randomness
 from swarmvision.compiled import compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.error_table import DEVIATES
@@ -16,7 +17,6 @@ from swarmvision.sensing.error_table import DEVIATES
 DEVIATE_BITS = 10
 NORMALS = 1 << DEVIATE_BITS
 """Equal shares of the normal distribution, each by its middle."""
-GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 PER_DEVIATE = 1.0 / (DEVIATES[1] - DEVIATES[0])
 FIRST, LAST = DEVIATES[0], len(DEVIATES) - 1
 QUANTILES = len(DEVIATES)
@@ -31,24 +31,19 @@ def normal_table() -> FloatArray:
     return table
 
 
-@compiled
-def mixed(value: np.uint64) -> np.uint64:
-    """Return a hash of 64 bits."""
-    one = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    two = (one ^ (one >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return two ^ (two >> np.uint64(31))
+mixed = compiled(randomness.mixed)
 
 
 @compiled
 def of_picture(key: np.uint64, picture: int) -> np.uint64:
     """Return 64 random bits of an observer for a picture, to be taken :func:`of_other`."""
-    return mixed(key + np.uint64(picture + 1) * GOLDEN)
+    return mixed(key + np.uint64(picture + 1) * randomness.GOLDEN)
 
 
 @compiled
 def of_other(bits: np.uint64, other: int) -> np.uint64:
     """Return 64 random bits for a neighbour, of those of the picture."""
-    return mixed(bits + np.uint64(other + 3) * GOLDEN)
+    return mixed(bits + np.uint64(other + 3) * randomness.GOLDEN)
 
 
 @compiled
