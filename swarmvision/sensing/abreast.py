@@ -16,6 +16,7 @@ from swarmvision.geometry import FloatArray
 from swarmvision.sensing.shadows import (
     RAYS,
     arc_sine,
+    half_width,
     marker_shadow,
     may_hide,
     share_in_sight,
@@ -134,7 +135,7 @@ def measure(
         dx[w] = cosine[w] * off_x + sine[w] * off_y
         dy[w] = cosine[w] * off_y - sine[w] * off_x
         gap[w] = np.sqrt(off_x * off_x + off_y * off_y)
-        size[w] = min(radius / max(gap[w] - ahead, 1e-9), 1.0)
+        size[w] = half_width(gap[w], radius, ahead)
         in_sight[w] = 1.0
 
 

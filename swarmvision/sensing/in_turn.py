@@ -12,7 +12,14 @@ from swarmvision.compiled import compiled, leaf
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.nearest import gather, measure, ring_of, sort_into_cells, take_nearest
-from swarmvision.sensing.shadows import RAYS, arc_sine, marker_shadows, share_in_sight, thing_shadows
+from swarmvision.sensing.shadows import (
+    RAYS,
+    arc_sine,
+    half_width,
+    marker_shadows,
+    share_in_sight,
+    thing_shadows,
+)
 from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
 from swarmvision.trigonometry import direction, sine_cosine, wrapped
 
@@ -73,7 +80,7 @@ def look_in_turn(
                 visible = 1.0
                 if occlusion:
                     ux, uy = dx / max(gap, 1e-9), dy / max(gap, 1e-9)
-                    size = min(radius / max(gap - ahead, 1e-9), 1.0)
+                    size = half_width(gap, radius, ahead)
                     hidden = marker_shadows(
                         taken, ux, uy, size, radius, ahead, offset_x, offset_y, gaps, rays
                     )

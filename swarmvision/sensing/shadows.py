@@ -64,6 +64,12 @@ def marker_shadows(
 
 
 @leaf
+def half_width(gap: float, radius: float, ahead: float) -> float:
+    """Return the sine of half the width of a marker at a range (m), from an eye so far ahead; 1 at most."""
+    return min(radius / max(gap - ahead, 1e-9), 1.0)
+
+
+@leaf
 def may_hide(across: float, along: float, distance: float, sine: float, radius: float) -> bool:
     """Return whether a nearer marker may hide some of a farther one; False only if it does not.
 
