@@ -33,14 +33,15 @@ ALIGNED = (
 """Ferrante's law with alignment."""
 CAREFUL = ('layers=[{layer="avoidance", slow_range=0.25, stop_range=0.13}]', "controller.speed=0.07")
 """For eyes that see a neighbour every other second."""
-RING_7 = 'sensor={kind="camera", rig="ring-7"}'
-FAULTS = {
-    "clean": "",
-    "12 % of pictures lost": "imperfections={dropped=0.12}",
-    "5 frames late": "latency=0.5",
-    "one blind": "faults={dead=[0]}",
-    "one camera stuck": "faults={stuck=[1]}",
-    "all of it": "imperfections={dropped=0.12}, latency=0.5, faults={dead=[0], stuck=[1]}",
+LONG_MEMORY = {"tracker": "{memory=2.0}"}
+"""Of neighbours (s): a sweep takes 1.6 s."""
+FAULTS: dict[str, dict[str, Any]] = {
+    "clean": {},
+    "12 % of pictures lost": {"imperfections": "{dropped=0.12}"},
+    "5 frames late": {"latency": 0.5},
+    "one blind": {"faults": "{dead=[0]}"},
+    "one camera stuck": {"faults": "{stuck=[1]}"},
+    "all of it": {"imperfections": "{dropped=0.12}", "latency": 0.5, "faults": "{dead=[0], stuck=[1]}"},
 }
 
 
@@ -68,14 +69,17 @@ def law(name: str) -> str:
     return f'controller={{law="{name}"}}'
 
 
-def truth(**settings: Any) -> str:
+def sensor(kind: str, **settings: Any) -> str:
     inner = "".join(f", {key}={value}" for key, value in settings.items())
-    return f'sensor={{kind="truth"{inner}}}'
+    return f'sensor={{kind="{kind}"{inner}}}'
+
+
+def truth(**settings: Any) -> str:
+    return sensor("truth", **settings)
 
 
 def camera(rig: str, **settings: Any) -> str:
-    inner = "".join(f", {key}={value}" for key, value in settings.items())
-    return f'sensor={{kind="camera", rig="{rig}"{inner}}}'
+    return sensor("camera", rig=f'"{rig}"', **settings)
 
 
 def field_of_view() -> Iterator[Condition]:
@@ -87,16 +91,15 @@ def field_of_view() -> Iterator[Condition]:
 def rigs() -> Iterator[Condition]:
     for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
         pans = rig == "pan"
-        memory = ", tracker={memory=2.0}" if pans else ""  # a sweep takes 1.6 s
-        sensor = f'sensor={{kind="camera", rig="{rig}"{memory}}}'
-        yield Condition("Kobot", rig, (*FLOCK, sensor, law("kobot"), *(CAREFUL if pans else ())))
-        yield Condition("Ferrante", rig, (*FLOCK, sensor, law("ferrante")))
-        yield Condition("Ferrante, aligned", rig, (*FLOCK, sensor, ALIGNED))
+        eyes = camera(rig, **(LONG_MEMORY if pans else {}))
+        yield Condition("Kobot", rig, (*FLOCK, eyes, law("kobot"), *(CAREFUL if pans else ())))
+        yield Condition("Ferrante", rig, (*FLOCK, eyes, law("ferrante")))
+        yield Condition("Ferrante, aligned", rig, (*FLOCK, eyes, ALIGNED))
 
 
 def single() -> Iterator[Condition]:
     """One fixed camera ahead: who makes most of it?"""
-    sensor = 'sensor={kind="camera", rig="single", tracker={memory=2.0}}'
+    eyes = camera("single", **LONG_MEMORY)
     laws = {
         "Kobot": law("kobot"),
         "Kobot, scanning alone": 'controller={law="kobot", alone="scan"}',
@@ -106,17 +109,17 @@ def single() -> Iterator[Condition]:
         "following, scanning alone": 'controller={law="follow", alone="scan"}',
     }
     for title, setting in laws.items():
-        yield Condition("10 robots", title, (*FLOCK, sensor, setting))
+        yield Condition("10 robots", title, (*FLOCK, eyes, setting))
 
 
 def sensors() -> Iterator[Condition]:
     kinds = {
         "truth": truth(),
-        "error model": 'sensor={kind="error_model"}',
-        "camera": RING_7,
-        "infrared": 'sensor={kind="infrared"}',
-        "infrared ring": 'sensor={kind="infrared-ring"}',
-        "ultrasonic": 'sensor={kind="ultrasonic"}',
+        "error model": sensor("error_model"),
+        "camera": camera("ring-7"),
+        "infrared": sensor("infrared"),
+        "infrared ring": sensor("infrared-ring"),
+        "ultrasonic": sensor("ultrasonic"),
     }
     for name, title in LAWS.items():
         for kind, setting in kinds.items():
@@ -140,9 +143,7 @@ def scale() -> Iterator[Condition]:
 def faults() -> Iterator[Condition]:
     for name, title in LAWS.items():
         for fault, settings in FAULTS.items():
-            inner = f", {settings}" if settings else ""
-            setting = f'sensor={{kind="camera", rig="ring-7"{inner}}}'
-            yield Condition(title, fault, (*FLOCK, setting, law(name)))
+            yield Condition(title, fault, (*FLOCK, camera("ring-7", **settings), law(name)))
 
 
 def aggregation() -> Iterator[Condition]:
