@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from neighbours import flock_at
 
 from swarmvision.config.controller import ChainConfig, HanadaConfig, SpearsConfig
 from swarmvision.config.model import validated
@@ -17,7 +17,7 @@ from swarmvision.controllers.crowd import crowd
 from swarmvision.controllers.hanada import out_of_place
 from swarmvision.controllers.spears import pull, transition_gain
 from swarmvision.data import Estimates
-from swarmvision.geometry import FloatArray, polar
+from swarmvision.geometry import FloatArray
 from swarmvision.simulation import run
 
 
@@ -25,13 +25,6 @@ def settled(robots: int, seconds: float, **changes: Any) -> FloatArray:
     """Places ``(r, 2)`` at the end of a run."""
     values = {"robots": robots, "seconds": seconds, "sensor": {"kind": "truth"}, "start": {"radius": 0.5}}
     return run(validated(ScenarioConfig, {**values, **changes}, "test"), 1).pose[-1, :, :2]
-
-
-def flock_at(*places: tuple[float, float]) -> Estimates:
-    """Estimates ``(k,)`` of neighbours at places (m) in the robot's frame."""
-    distance, bearing, heading = polar(np.column_stack([np.array(places), np.zeros(len(places))]))
-    empty = Estimates.empty((len(places),))
-    return replace(empty, seen=np.full(len(places), True), range=distance, bearing=bearing, heading=heading)
 
 
 def bond_order(place: FloatArray, fold: int, link: float) -> float:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from neighbours import flock_at
 
 from swarmvision.config.controller import DogConfig
 from swarmvision.config.model import validated
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.controllers.crowd import crowd
 from swarmvision.controllers.dog import post
-from swarmvision.data import Estimates
-from swarmvision.geometry import polar
 from swarmvision.simulation import Frame, Simulation, run
 
 SHEEP = {"name": "sheep", "count": 4, "controller": {"law": "sheep"}}
@@ -20,22 +19,6 @@ SHEEP = {"name": "sheep", "count": 4, "controller": {"law": "sheep"}}
 
 def scenario(**values: Any) -> ScenarioConfig:
     return validated(ScenarioConfig, {"sensor": {"kind": "truth", "reach": 12.0}, **values}, "test")
-
-
-def flock_at(*places: tuple[float, float]) -> Estimates:
-    pose = np.column_stack([np.array(places), np.zeros(len(places))])
-    distance, bearing, heading = polar(pose)
-    empty = Estimates.empty((len(places),))
-    return Estimates(
-        seen=np.ones(len(places), dtype=bool),
-        range=distance,
-        bearing=bearing,
-        heading=heading,
-        covariance=empty.covariance,
-        age=np.zeros(len(places)),
-        track=empty.track,
-        visible=empty.visible,
-    )
 
 
 def test_true_eyes_tell_teams_apart() -> None:
