@@ -97,19 +97,19 @@ class Simulation:
         self._teams = _teams(scenario, seed)
         looks = any("silhouette" in team.controller.inputs for team in self._teams)
 
-        def sensor(config: SensorConfig, rows: Iterable[slice]) -> Sensor:
-            everybody = range(scenario.robots)
+        def sensor(config: SensorConfig, asked: Iterable[int]) -> Sensor:
             # Silhouettes are from the common pictures, whatever sensor a team has of its own.
-            idle = set() if looks else set(everybody).difference(*(everybody[asked] for asked in rows))
+            idle = set() if looks else set(range(scenario.robots)).difference(asked)
             return sensor_of(
                 config, scenario, seed, keep_pictures=keep_pictures or looks, workers=workers, idle=idle
             )
 
-        others = list(zip(scenario.teams, (team.rows for team in self._teams[1:]), strict=True))
-        common = [self._teams[0].rows, *(rows for team, rows in others if team.sensor is None)]
-        self._sensor = sensor(scenario.sensor, common)
+        self._sensor = sensor(scenario.sensor, scenario.with_common_sensor)
         self._own_sensors = [
-            sensor(team.sensor, [rows]) if team.sensor is not None else self._sensor for team, rows in others
+            self._sensor
+            if config.sensor is None
+            else sensor(config.sensor, range(scenario.robots)[team.rows])
+            for config, team in zip(scenario.teams, self._teams[1:], strict=True)
         ]
         self._silhouettes = Silhouettes(self._sensor, scenario) if looks else None
         self._step = 0
@@ -195,7 +195,7 @@ def run(
             on_frame(frame)
     digest.update(_state_bytes(simulation.scene))
     link = cluster_link(scenario)
-    ordered, largest = ledger.order(), ledger.largest_cluster(link)
+    ordered, (largest, flock_order) = ledger.order(), ledger.flock(link)
     settled = slice(-max(round(SETTLED * len(ordered)), 1), None)
     summary = {
         "scenario": scenario.name,
@@ -206,7 +206,7 @@ def run(
         "controller": scenario.controller.law,
         "outcome": outcome(scenario, ledger.scenes),
         "order": float(np.mean(ordered[settled])),
-        "flock_order": float(np.mean(ledger.flock_order(link)[settled])),
+        "flock_order": float(np.mean(flock_order[settled])),
         "largest_cluster": float(np.mean(largest[settled])),
         "order_final": float(ordered[-1]),
         "largest_cluster_final": float(largest[-1]),

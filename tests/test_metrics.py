@@ -77,8 +77,10 @@ def test_the_order_of_the_flock_leaves_out_who_has_left_it() -> None:
     pose = np.array([[0.0, 0.0, 0.5], [0.3, 0.0, 0.5], [0.0, 0.3, 0.5], [5.0, 0.0, 0.5 + np.pi]])
     ledger.note(Scene.at_rest(pose), Estimates.empty((4, 0)))
     np.testing.assert_allclose(ledger.order(), [0.5])
-    np.testing.assert_allclose(ledger.flock_order(0.5), [1.0])
-    np.testing.assert_allclose(ledger.flock_order(9.0), ledger.order())
+    for link, share, flock_order in ((0.5, 0.75, 1.0), (9.0, 1.0, 0.5)):
+        found = ledger.flock(link)
+        np.testing.assert_allclose(found[0], [share])
+        np.testing.assert_allclose(found[1], [flock_order])
 
 
 def test_labels_follow_the_first_members() -> None:
@@ -360,7 +362,8 @@ def test_a_ledger_sums_up_what_it_noted() -> None:
     assert seeing["phantoms"] == pytest.approx(21 / 62)
     assert (seeing["track_switches"], seeing["connected"]) == (0, 0.0)
     assert seeing["blind"] == pytest.approx(2 / 3)
-    assert ledger.order().shape == ledger.largest_cluster(0.6).shape == ledger.flock_order(0.6).shape == (41,)
+    share, flock_order = ledger.flock(0.6)
+    assert ledger.order().shape == share.shape == flock_order.shape == (41,)
 
 
 @pytest.mark.parametrize("robots", [0, 1])

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarmvision.data import Estimates, Scene
 from swarmvision.geometry import FloatArray
-from swarmvision.metrics.clusters import dispersion, in_largest_cluster, largest_cluster, social_entropy
+from swarmvision.metrics.clusters import dispersion, in_largest_cluster, social_entropy
 from swarmvision.metrics.groups import groups_of_links
 from swarmvision.metrics.motion import contacts_per_robot_minute, displacement, path_efficiency, stuck
 from swarmvision.metrics.order import milling, order
@@ -72,20 +72,25 @@ class Ledger:
         """Shape ``(t, r, 3)``."""
         return np.array([scene.pose for scene in self.scenes]).reshape(len(self.scenes), self._robots, 3)
 
-    def largest_cluster(self, link: float) -> FloatArray:
-        """Return the fraction of the robots in the largest cluster, shape ``(t,)``; ``link`` in m."""
-        return np.array([largest_cluster(scene.pose[:, :2], link) for scene in self.scenes])
-
     def order(self) -> FloatArray:
         """Return the polar order, shape ``(t,)``."""
         return order(self.pose[..., 2])
 
-    def flock_order(self, link: float) -> FloatArray:
-        """Return the polar order of those in the largest cluster alone, shape ``(t,)``; ``link`` in m."""
-        members = [in_largest_cluster(scene.pose[:, :2], link) for scene in self.scenes]
-        return np.array(
-            [order(scene.pose[here, 2]) for scene, here in zip(self.scenes, members, strict=True)]
-        )
+    def flock(self, link: float) -> tuple[FloatArray, FloatArray]:
+        """Return the fraction of the robots in the largest cluster, 1 of nobody, and the polar order there.
+
+        Args:
+            link: Within which two robots are of one cluster (m).
+
+        Returns:
+            Shape ``(t,)`` each.
+        """
+        share, ordered = np.ones(len(self.scenes)), np.ones(len(self.scenes))
+        for n, scene in enumerate(self.scenes):
+            members = in_largest_cluster(scene.pose[:, :2], link)
+            if len(members):
+                share[n], ordered[n] = members.mean(), order(scene.pose[members, 2])
+        return share, ordered
 
     def motion(self, contacts: int, body_radius: float) -> dict[str, Any]:
         """Return how the swarm moved; ``milling`` and ``dispersion`` over the last fifth.
