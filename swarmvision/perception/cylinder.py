@@ -12,8 +12,9 @@ import numpy as np
 
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
-from swarmvision.perception.look import HORIZON_SLACK, TILT, TOP_ONLY
+from swarmvision.perception.look import HORIZON_SLACK, TILT
 from swarmvision.perception.order import median_in_place, median_of
+from swarmvision.perception.pairs import TOP_ONLY
 from swarmvision.perception.plan import (
     BASE,
     GAPS,

@@ -16,25 +16,27 @@ from numpy.typing import NDArray
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.look import (
-    BOTH,
-    BOTTOM_ONLY,
     CHAINS,
     PIECES,
-    ROW_SHARE,
-    TOP_ONLY,
     Address,
     Ints,
     Look,
     LookScratch,
     Proportions,
-    ask_beside,
     everywhere,
     first_look,
     look_down,
     look_on,
-    pair_runs,
 )
 from swarmvision.perception.order import median_in_place, median_of
+from swarmvision.perception.pairs import (
+    BOTH,
+    BOTTOM_ONLY,
+    ROW_SHARE,
+    TOP_ONLY,
+    ask_beside,
+    pair_runs,
+)
 from swarmvision.perception.segment import Balance, Hues
 
 LEAST_COLUMNS = 2  # of the grid

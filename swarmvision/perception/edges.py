@@ -49,8 +49,8 @@ from swarmvision.perception.cylinder import (
 from swarmvision.perception.detect import P_FIRST, P_KIND, P_LAST, P_LEFT, P_MIDDLE, P_RIGHT, find
 from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.heading import heading_of
-from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import median_in_place, median_of
+from swarmvision.perception.pairs import BOTH, TOP_ONLY
 from swarmvision.perception.plan import (
     COLUMNS,
     GAPS,

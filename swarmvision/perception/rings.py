@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
-from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import median_in_place, median_of, middle_of
+from swarmvision.perception.pairs import BOTH, TOP_ONLY
 from swarmvision.perception.plan import (
     COLUMNS,
     LOWERS,

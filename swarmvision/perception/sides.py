@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
-from swarmvision.perception.look import BOTH, TOP_ONLY
 from swarmvision.perception.order import middle_of
+from swarmvision.perception.pairs import BOTH, TOP_ONLY
 from swarmvision.perception.plan import TOP_RING
 from swarmvision.perception.rings import signal
 

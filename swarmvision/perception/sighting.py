@@ -22,7 +22,8 @@ from swarmvision.errors import PictureError
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Band, Marker
 from swarmvision.perception.detect import Candidate, candidates
-from swarmvision.perception.look import BOTH, Proportions
+from swarmvision.perception.look import Proportions
+from swarmvision.perception.pairs import BOTH
 from swarmvision.perception.segment import COLOURFUL, DECODE, Balance, Hues, chroma_of
 
 COARSE_WIDTH = 320  # px; markers are looked for at about this width
