@@ -19,6 +19,7 @@ import pytest
 from swarmvision.benchmark import rivals
 from swarmvision.benchmark.apart import Apart, apart
 from swarmvision.benchmark.pictures import found, spoiled
+from swarmvision.benchmark.process import alone
 from swarmvision.benchmark.rival_detectors import aruco, finding_all, tags
 from swarmvision.benchmark.stage import (
     DENSITY,
@@ -26,13 +27,14 @@ from swarmvision.benchmark.stage import (
     HALF_VIEW,
     LENS,
     LENS_POSE,
+    RATE,
     READ,
     in_view,
     lens_of,
     swarm,
     with_tags,
 )
-from swarmvision.benchmark.swarms import SENSORS
+from swarmvision.benchmark.swarms import SENSORS, Episodes
 from swarmvision.benchmark.table import table_text
 from swarmvision.benchmark.timing import WALL, Absent, Call, LostError, difference, duration, medians, ratio
 
@@ -119,6 +121,21 @@ def test_a_rival_that_fails_is_absent_with_its_name_and_one_line() -> None:
     assert apart("aruco", "cv2", finding_all, aruco, np.zeros((9, 9, 3), np.uint8), 5) == (
         Absent("aruco: found 0 of 5 tags")
     )
+
+
+def test_what_fails_in_a_process_of_its_own_is_absent_with_one_line() -> None:
+    assert alone("memory", "raise OSError('too many')") == Absent("memory: OSError: too many")
+    assert alone("memory", "import os; print(os.environ['HOW_MANY'])", {"HOW_MANY": "7"}) == 7.0
+
+
+def test_a_flock_that_is_timed_begins_anew_when_its_time_is_over() -> None:
+    episodes = Episodes(swarm(2, SENSORS["truth"]).replace(seconds=3 / RATE), workers=1)
+    times = []
+    for _ in range(7):
+        episodes.step()
+        assert episodes.simulation is not None
+        times.append(round(episodes.simulation.scene.time * RATE))
+    assert times == [1, 2, 3, 1, 2, 3, 1]
 
 
 def test_a_rival_that_ends_its_process_is_absent_with_the_signal() -> None:

@@ -7,14 +7,17 @@ import platform
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 
 from swarmvision.benchmark import rivals
 from swarmvision.benchmark.stage import one_camera, swarm
 from swarmvision.benchmark.timing import Absent, Effort, Figure
 from swarmvision.simulation import Simulation
 
+STATM = Path("/proc/self/statm")
 WATCHED = 10  # robots whose pictures fill the memory, or do not
 PACKAGES = ("numpy", "numba", "pymunk", "scipy")
 
@@ -25,6 +28,12 @@ found(5)
 print(time.process_time())
 """
 """Tells CPU time from the start of the process to its first picture drawn, spoiled and read."""
+
+GROWN = """
+from swarmvision.benchmark.process import grown
+print(grown({pictures}))
+"""
+"""Tells memory's growth in a process that does nothing else."""
 
 
 def figures(effort: Effort) -> dict[str, Figure]:
@@ -39,12 +48,17 @@ def figures(effort: Effort) -> dict[str, Figure]:
 
 
 def memory_growth(pictures: int) -> Figure:
-    """Return by how much (MB) resident memory grows over so many pictures in a simulation.
+    """Return by how much (MB) the resident memory of a new process grows over so many pictures."""
+    if not STATM.exists():
+        return Absent("memory: this system tells no resident size in /proc")
+    return alone("memory", GROWN.format(pictures=pictures))
+
+
+def grown(pictures: int) -> float:
+    """Return by how much (MB) this process's resident memory grows over so many pictures in a simulation.
 
     A tenth as many are taken before, so that buffers are there.
     """
-    if not Path("/proc/self/statm").exists():
-        return Absent("memory: this system tells no resident size in /proc")
     simulation = Simulation(swarm(WATCHED, one_camera()), 1, workers=1)
     for _ in range(max(pictures // WATCHED // 10, 2)):
         simulation.step()
@@ -61,15 +75,25 @@ def first_picture(*, fresh: bool) -> Figure:
         fresh: Whether nothing is compiled yet, as after installing.
     """
     with tempfile.TemporaryDirectory() as empty:
-        cache = {"NUMBA_CACHE_DIR": empty} if fresh else {}
-        # The script has no folder of its own; the project is found as this process found it.
-        paths = os.pathsep.join(path for path in sys.path if path)
-        environment = {**os.environ, **cache, "PYTHONPATH": paths}
-        result = subprocess.run(
-            [sys.executable, "-c", FIRST], env=environment, capture_output=True, text=True, check=False
-        )
+        return alone("first picture", FIRST, {"NUMBA_CACHE_DIR": empty} if fresh else {})
+
+
+def alone(name: str, script: str, settings: Mapping[str, str] = MappingProxyType({})) -> Figure:
+    """Return the number that a script prints in a process of its own, or why there is none.
+
+    Args:
+        name: Of the figure, told with the reason.
+        script: Python.
+        settings: Of its environment, beside this process's.
+    """
+    # The script has no folder of its own; the project is found as this process found it.
+    paths = os.pathsep.join(path for path in sys.path if path)
+    environment = {**os.environ, **settings, "PYTHONPATH": paths}
+    result = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False
+    )
     if result.returncode:
-        return Absent(f"first picture: {result.stderr.strip().splitlines()[-1]}")
+        return Absent(f"{name}: {result.stderr.strip().splitlines()[-1]}")
     return float(result.stdout)
 
 
@@ -96,5 +120,5 @@ def _processor() -> str:
 
 
 def _resident() -> int:
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    pages = int(STATM.read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE")
