@@ -185,7 +185,8 @@ def run(
 ) -> RunResult:
     """Return the whole run of a scenario; ``on_frame`` is told every frame as it happens."""
     simulation = Simulation(scenario, seed, keep_pictures=keep_pictures, workers=workers)
-    ledger = Ledger(scenario.robots, scenario.sensor.reach, newest_age(scenario.sensor))
+    sensor = scenario.sensor
+    ledger = Ledger(scenario.robots, sensor.reach, newest_age(sensor), scenario.with_common_sensor)
     digest = hashlib.sha256()
     for _ in range(scenario.steps):
         frame = simulation.step()

@@ -90,6 +90,23 @@ def test_demo_writes_what_it_promises(tmp_path: Path) -> None:
     assert int(film.get(cv2.CAP_PROP_FRAME_COUNT)) == 5
 
 
+def test_demo_shows_a_scenario_of_ones_own(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('name = "mine"\nrobots = 3\nseconds = 0.2\n')
+    result = swarmvision(
+        "demo",
+        tmp_path / "mine.toml",
+        "--controller",
+        "vicsek",
+        "--set",
+        "robots=2",
+        "--out",
+        tmp_path / "out",
+    )
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "out" / "mine.mp4").exists()
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["robots"] == 2
+
+
 def test_demo_lists_the_scenarios() -> None:
     names = [line.split()[0] for line in swarmvision("demo", "--list").stdout.splitlines()]
     assert {"aggregation", "flocking", "herding", "lattice", "paper", "transport"} <= set(names)

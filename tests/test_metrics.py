@@ -366,6 +366,16 @@ def test_a_ledger_sums_up_what_it_noted() -> None:
     assert ledger.order().shape == share.shape == flock_order.shape == (41,)
 
 
+def test_a_ledger_judges_the_eyes_that_it_is_about() -> None:
+    # Robot 0 has other eyes: what it sees and invents is not in the figures, but in who sees whom.
+    ledger = Ledger(3, reach=1.0, judged=(1, 2))
+    ledger.note(Scene.at_rest(TRIO), told((0.5, 0.0, 7), (3.0, 3.0, 8)))
+    seeing = ledger.perception()
+    assert (seeing["missed"], seeing["phantoms"], seeing["blind"]) == (1.0, None, pytest.approx(2 / 3))
+    assert seeing["perception"][-1]["neighbours"] == 4
+    assert seeing["perception"][-1]["phantoms"] == 0
+
+
 @pytest.mark.parametrize("robots", [0, 1])
 @pytest.mark.parametrize("steps", [1, 3])
 def test_a_ledger_of_nobody_or_one_is_a_normal_one(robots: int, steps: int) -> None:

@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from swarmvision.cli.presets import board_config, camera_config, lens_of, marker_config, marker_of
+from swarmvision.cli.presets import (
+    board_config,
+    camera_config,
+    lens_of,
+    marker_config,
+    marker_of,
+    scenario_of,
+)
 from swarmvision.cli.talk import announced, progress, say
-from swarmvision.errors import ConfigError, PictureError, SwarmVisionError, unknown_name
-
-if TYPE_CHECKING:
-    from swarmvision.config.scenario import ScenarioConfig
+from swarmvision.errors import ConfigError, PictureError, SwarmVisionError
 
 app = typer.Typer(
     help="A multi-robot swarm simulator with embedded perception.",
@@ -29,6 +32,10 @@ app = typer.Typer(
 Out = Annotated[Path | None, typer.Option(help="Folder for the results.", show_default=False)]
 Seed = Annotated[int, typer.Option(min=0, help="Of everything random.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Law = Annotated[
+    str | None,
+    typer.Option("--controller", help="A law's name, or your own as my.module:law.", show_default=False),
+]
 Set = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a setting, as robots=4.")
 ]
@@ -48,23 +55,27 @@ def main() -> None:
 
 @app.command()
 def demo(
-    name: Annotated[str, typer.Argument(help="Scenario; see --list.")] = "flocking",
+    scenario_file: Annotated[
+        str, typer.Argument(metavar="[SCENARIO]", help="A packaged name, see --list, or a TOML file.")
+    ] = "flocking",
     robots: Annotated[int | None, typer.Option(help="How many.", show_default=False)] = None,
     seconds: Annotated[float | None, typer.Option(help="Simulated time (s).", show_default=False)] = None,
     seed: Seed = 0,
+    law: Law = None,
+    changes: Set = None,
     out: Out = None,
     list_all: Annotated[bool, typer.Option("--list", help="List the scenarios.")] = False,
 ) -> None:
-    """Run a scripted scenario; write video, plot, tables and summary."""
-    from swarmvision.config.scenario import packaged_scenario, packaged_scenarios
-
+    """Run a scenario; write video, plot, tables and summary."""
     if list_all:
+        from swarmvision.config.scenario import packaged_scenarios
+
         for known, description in packaged_scenarios().items():
             typer.echo(f"{known:24s} {description}")
         return
     wishes = {"robots": robots, "seconds": seconds}
     overrides = [f"{key}={value}" for key, value in wishes.items() if value is not None]
-    scenario = packaged_scenario(name, overrides)
+    scenario = scenario_of(scenario_file, law, [*overrides, *(changes or [])])
     from swarmvision.cli.text import summary_text
     from swarmvision.showcase import show
 
@@ -79,22 +90,13 @@ def demo(
 def run(
     scenario_file: Annotated[str, typer.Argument(metavar="SCENARIO", help="TOML file, or a packaged name.")],
     seed: Seed = 0,
-    law: Annotated[
-        str | None,
-        typer.Option("--controller", help="A law's name, or your own as my.module:law.", show_default=False),
-    ] = None,
+    law: Law = None,
     changes: Set = None,
     out: Out = None,
     as_json: Json = False,
 ) -> None:
     """Run a scenario without drawing; write its states and summary."""
-    from swarmvision.config.scenario import load_scenario, packaged_scenario, packaged_scenarios
-
-    load: Callable[[Any, list[str]], ScenarioConfig] = load_scenario
-    where: Any = Path(scenario_file)
-    if not where.exists() and scenario_file in packaged_scenarios():
-        load, where = packaged_scenario, scenario_file
-    scenario = load(where, [*([_controller_override(law)] if law else []), *(changes or [])])
+    scenario = scenario_of(scenario_file, law, changes or [])
     from swarmvision.cli.text import summary_text
     from swarmvision.showcase import record
 
@@ -253,20 +255,3 @@ def schema() -> None:
     from swarmvision.config.scenario import ScenarioConfig
 
     typer.echo(json.dumps(ScenarioConfig.model_json_schema(), indent=2))
-
-
-def _controller_override(name: str) -> str:
-    """Return the override that chooses a law: ours by its name, else one by module or entry point."""
-    from swarmvision.controllers import LAWS
-
-    if name in LAWS:
-        return f'controller={{law="{name}"}}'
-    if ":" not in name:
-        from swarmvision.controllers.custom import registered_laws
-
-        if name not in (registered := registered_laws()):
-            raise ConfigError(
-                f"{unknown_name('controller', name, [*LAWS, *registered])}; or package.module:law"
-            )
-    sys.path.insert(0, "")  # as for a script: a module in the current folder is found
-    return f'controller={{law="custom", target="{name}"}}'

@@ -1,7 +1,9 @@
-"""Cameras, markers and boards by the names and files that a user gives."""
+"""Scenarios, laws, cameras, markers and boards by the names and files that a user gives."""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,15 +14,32 @@ if TYPE_CHECKING:
     from swarmvision.config.board import BoardConfig
     from swarmvision.config.camera import LensConfig
     from swarmvision.config.marker import MarkerConfig
+    from swarmvision.config.scenario import ScenarioConfig
     from swarmvision.marker import Marker
 
 
-def lens_of(name: str) -> Lens:
-    """Return the lens of a camera file or preset.
+def scenario_of(name: str, law: str | None, overrides: Sequence[str]) -> ScenarioConfig:
+    """Return a scenario by its file or its packaged name; a file goes first.
+
+    Args:
+        name: Whose.
+        law: Of all robots, by name or as ``my.module:law``; ``None`` for the scenario's own.
+        overrides: As ``robots=4``.
 
     Raises:
         ConfigError: If there is none, or it is wrong; so for all of these.
     """
+    from swarmvision.config.scenario import load_scenario, packaged_scenario, packaged_scenarios
+
+    changes = [*([_law_override(law)] if law else []), *overrides]
+    path = Path(name)
+    if path.exists() or (path.suffix == ".toml" and name not in packaged_scenarios()):
+        return load_scenario(path, changes)
+    return packaged_scenario(name, changes)
+
+
+def lens_of(name: str) -> Lens:
+    """Return the lens of a camera file or preset."""
     from swarmvision.camera import Lens
 
     return Lens.from_config(camera_config(name))
@@ -66,3 +85,20 @@ def _file_or_preset(kind: str, name: str, presets: dict[str, Any], model: Any) -
     if not path.exists() and path.suffix != ".toml":
         raise ConfigError(unknown_name(kind, name, presets) + ", or a TOML file")
     return validated(model, read_toml(path), name)
+
+
+def _law_override(name: str) -> str:
+    """Return the override that chooses a law: ours by its name, else one by module or entry point."""
+    from swarmvision.controllers import LAWS
+
+    if name in LAWS:
+        return f'controller={{law="{name}"}}'
+    if ":" not in name:
+        from swarmvision.controllers.custom import registered_laws
+
+        if name not in (registered := registered_laws()):
+            raise ConfigError(
+                f"{unknown_name('controller', name, [*LAWS, *registered])}; or package.module:law"
+            )
+    sys.path.insert(0, "")  # as for a script: a module in the current folder is found
+    return f'controller={{law="custom", target="{name}"}}'

@@ -6,6 +6,7 @@ that they cost a run of a thousand no more a step than ten runs of a hundred.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -33,16 +34,20 @@ STUCK_WINDOW = 5.0  # s
 class Ledger:
     """The course of one run."""
 
-    def __init__(self, robots: int, reach: float, newest: float = 0.0) -> None:
+    def __init__(
+        self, robots: int, reach: float, newest: float = 0.0, judged: Sequence[int] | None = None
+    ) -> None:
         """Begin.
 
         Args:
             robots: How many.
             reach: Of their sensor (m): farther neighbours are not expected to be seen.
             newest: Age up to which an estimate is of the newest reading (s).
+            judged: Numbers of the robots whose sensor the figures of perception are about; ``None`` for all.
         """
         self.scenes: list[Scene] = []
         self._robots, self._reach, self._newest = robots, reach, newest
+        self._judged = np.ones(robots, np.bool_) if judged is None else np.isin(np.arange(robots), judged)
         self._every = max(round(robots / OFTEN), 1)
         self._errors: list[PerceptionErrors] = []
         self._switches = TrackSwitches(robots) if robots <= FOLLOWED else None
@@ -54,7 +59,7 @@ class Ledger:
         if len(self.scenes) % self._every == 0:
             last = self._switches.last if self._switches is not None else UNKNOWN
             errors = perception_errors(scene.pose, estimates, self._reach, self._newest, last)
-            self._errors.append(errors)
+            self._errors.append(errors.by(self._judged))
             if self._switches is not None:
                 self._switches.note(errors)
             seers, seen = errors.observer[errors.found], errors.neighbour[errors.found]
@@ -119,6 +124,7 @@ class Ledger:
     def perception(self) -> dict[str, Any]:
         """Return how well neighbours were seen; None where there was nobody, or too many, to follow.
 
+        Missed neighbours, phantoms, and the table are those of the robots that are judged.
         ``missed`` is a share of the neighbours within reach, hidden ones among them; ``phantoms`` one of the
         estimates; ``connected`` one of the time, in which the graph of who sees whom held together.
         """

@@ -43,15 +43,41 @@ class PerceptionErrors:
     """rad, likewise."""
     heading_error: FloatArray
     """rad, likewise, and nan where not told."""
-    phantoms: int
-    """Fresh estimates that match nobody."""
-    fresh: int
-    """Fresh estimates."""
+    phantoms_of: IntArray
+    """Fresh estimates that match nobody, by observer, shape ``(r,)``."""
+    fresh_of: IntArray
+    """Fresh estimates, likewise."""
+
+    @property
+    def phantoms(self) -> int:
+        """How many fresh estimates match nobody."""
+        return int(self.phantoms_of.sum())
+
+    @property
+    def fresh(self) -> int:
+        """How many estimates are fresh."""
+        return int(self.fresh_of.sum())
 
     @property
     def missed(self) -> int:
         """How many neighbours within reach nobody's estimate matches, those that are hidden among them."""
         return int(np.count_nonzero(~self.found))
+
+    def by(self, observers: BoolArray) -> PerceptionErrors:
+        """Return what these robots believed alone, mask ``(r,)``; robots keep their numbers."""
+        theirs = observers[self.observer]
+        return PerceptionErrors(
+            observer=self.observer[theirs],
+            neighbour=self.neighbour[theirs],
+            true_range=self.true_range[theirs],
+            found=self.found[theirs],
+            track=self.track[theirs],
+            range_error=self.range_error[theirs],
+            bearing_error=self.bearing_error[theirs],
+            heading_error=self.heading_error[theirs],
+            phantoms_of=np.where(observers, self.phantoms_of, 0),
+            fresh_of=np.where(observers, self.fresh_of, 0),
+        )
 
 
 def perception_errors(
@@ -92,8 +118,8 @@ def perception_errors(
         range_error=values[:, 1],
         bearing_error=values[:, 2],
         heading_error=values[:, 3],
-        phantoms=phantoms,
-        fresh=int(np.count_nonzero(told)),
+        phantoms_of=phantoms,
+        fresh_of=np.count_nonzero(told, axis=-1),
     )
 
 
@@ -106,7 +132,7 @@ def _matched(
     tracks: IntArray,
     last: IntArray,
     reach: float,
-) -> tuple[IntArray, FloatArray, int]:
+) -> tuple[IntArray, FloatArray, IntArray]:
     """Return observer, neighbour and slot of every neighbour within reach; its range and errors; phantoms."""
     r = len(pose)
     wanted = 0
@@ -116,9 +142,10 @@ def _matched(
     numbers = np.empty((wanted, 3), np.int64)
     values = np.full((wanted, 4), np.nan)
     slot_of = np.empty(r, np.int64)
-    row, phantoms = 0, told.sum()
+    phantoms = np.empty(r, np.int64)
+    row = 0
     for me in range(r):
-        phantoms -= _assign(
+        phantoms[me] = told[me].sum() - _assign(
             pose, me, told[me], columns[me], spread[me], tracks[me], last[me % len(last)], slot_of
         )
         for other in range(r):
