@@ -174,7 +174,7 @@ def test_a_wrong_setting_is_named_with_rule_and_value(change: str, words: str) -
 
 
 def test_robots_that_do_not_fit_are_refused() -> None:
-    line = refused("run", "paper", "--set", "robots=100", "--set", "start={}")
+    line = refused("run", "flocking", "--set", "robots=100", "--set", "arena='paper'", "--set", "start={}")
     assert "100 robots do not fit the 1.14 x 0.63 m arena" in line
 
 
