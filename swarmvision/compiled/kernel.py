@@ -19,6 +19,8 @@ from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined
 from numba.core.registry import CPUDispatcher
 
 types: Any = _types  # its names come by star
+FLAGS_HASH = hash(tuple(sorted(compiler.Flags.options)))
+"""Of all flags, whatever is set; what numba takes anew at every question."""
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
@@ -57,6 +59,18 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
         return part.signature, name
 
 
+class _Flags(compiler.Flags):  # type: ignore[misc]
+    """Flags that are compared by what is set alone: numba does so whenever it types a call."""
+
+    def __eq__(self, other: object) -> Any:
+        if isinstance(other, _Flags):
+            return bool(self._values == other._values)
+        return super().__eq__(other)
+
+    def __hash__(self) -> int:
+        return FLAGS_HASH
+
+
 class _Compiler(_FunctionCompiler):  # type: ignore[misc]
     """Builds parts and wholes."""
 
@@ -72,7 +86,7 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
         return result
 
     def _build(self, kind: type[_Part | _Whole], args: tuple[Any, ...], return_type: Any) -> Any:
-        flags = compiler.Flags()
+        flags = _Flags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
         flags.no_cfunc_wrapper = True
         flags.no_compile = flags.no_cpython_wrapper = kind is _Part
