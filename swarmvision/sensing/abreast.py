@@ -14,13 +14,11 @@ from swarmvision.compiled import compiled, leaf
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.shadows import (
-    RAYS,
     arc_sine,
     half_width,
-    marker_shadow,
+    marker_shadows,
     may_hide,
     share_in_sight,
-    spread,
     thing_shadows,
 )
 from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
@@ -28,6 +26,7 @@ from swarmvision.trigonometry import direction, sine_cosine, wrapped
 
 FEW = 16  # robots
 ABREAST = 64  # worlds: their rows fit the nearest cache
+ROOM = 256  # pairs of markers, of which one may hide the other, that are looked at together
 X, Y, YAW, SINE, COSINE = range(5)  # of a robot in the world
 DX, DY, GAP, SIZE, IN_SIGHT, AT, FACING = range(
     7
@@ -53,16 +52,28 @@ def look_abreast(
         np.empty((r, ABREAST), np.int64),
         np.empty((r, ABREAST), np.int64),
     )
-    rays = np.empty((2, len(RAYS)))
+    hiders, spot, bits = np.empty((3, ROOM)), np.empty(ROOM, np.int64), np.empty(ROOM, np.int64)
+    dark = np.empty((r, ABREAST), np.int64)
     for first in range(0, worlds, ABREAST):
         lanes = min(ABREAST, worlds - first)
         place_robots(pose[first:], lanes, robot)
         for me in range(r):
             measure_all(me, lanes, radius, ahead, robot, other)
             if occlusion:
-                compare_all(me, lanes, radius, ahead, other, -1 if len(things) > 0 else 0, close)
-                hide(close, lanes, me, robot, other, reach, radius, ahead, objects[first:], things, rays)
-            rank_all(me, lanes, reach, limit, least, robot, other, counts, rank)
+                compare_all(me, lanes, radius, ahead, other, close)
+                dark[:] = 0
+                hide(me, lanes, close, other, reach, radius, ahead, hiders, spot, bits, dark)
+                if len(things) > 0:
+                    hide_behind_things(me, lanes, robot, other, reach, ahead, objects[first:], things, dark)
+            # Here, where the arrays are made and known to be apart: elsewhere these loops are no vector code.
+            for j in range(r):
+                if j != me:
+                    mine, theirs = robot[me, YAW], robot[j, YAW]
+                    find(mine, theirs, lanes, reach, limit, least, other[j], counts[j], rank[j])
+            for j in range(r):
+                for k in range(j):
+                    if me not in (j, k):
+                        line_up(other[k, GAP], other[j, GAP], lanes, counts[k], counts[j], rank[k], rank[j])
             tell((first * r + me) * slots, r * slots, lanes, me, slots, other, counts, rank, who, seen)
 
 
@@ -77,38 +88,13 @@ def measure_all(
 
 
 @leaf
-def compare_all(
-    me: int, lanes: int, radius: float, ahead: float, other: FloatArray, bits: int, close: IntArray
-) -> None:
-    """Fill in the bits of the neighbours of which others may hide some; ``bits`` are set in any case."""
-    close[:] = bits
+def compare_all(me: int, lanes: int, radius: float, ahead: float, other: FloatArray, close: IntArray) -> None:
+    """Fill in the bits of the neighbours of which others may hide some."""
+    close[:] = 0
     for j in range(len(other)):
         for k in range(j):
             if me not in (j, k):
                 compare(other[k], other[j], 1 << k, 1 << j, lanes, radius, ahead, close)
-
-
-@leaf
-def rank_all(
-    me: int,
-    lanes: int,
-    reach: float,
-    limit: float,
-    least: float,
-    robot: FloatArray,
-    other: FloatArray,
-    counts: IntArray,
-    rank: IntArray,
-) -> None:
-    """Fill in where the neighbours are seen, who counts, and how many of those are nearer."""
-    for j in range(len(other)):
-        if j != me:
-            mine, theirs = robot[me, YAW], robot[j, YAW]
-            find(mine, theirs, lanes, reach, limit, least, other[j], counts[j], rank[j])
-    for j in range(len(other)):
-        for k in range(j):
-            if me not in (j, k):
-                line_up(other[k, GAP], other[j, GAP], lanes, counts[k], counts[j], rank[k], rank[j])
 
 
 @leaf
@@ -168,49 +154,103 @@ def compare(
 
 @leaf
 def hide(
-    close: IntArray,
-    lanes: int,
     me: int,
-    robot: FloatArray,
+    lanes: int,
+    close: IntArray,
     other: FloatArray,
     reach: float,
     radius: float,
     ahead: float,
-    objects: FloatArray,
-    things: FloatArray,
-    rays: FloatArray,
+    hiders: FloatArray,
+    spot: IntArray,
+    bits: IntArray,
+    dark: IntArray,
 ) -> None:
-    """Fill in how much is in sight of the markers whose bits are set."""
-    r = len(other)
+    """Fill in how much markers leave in sight of those whose bits are set.
+
+    Args:
+        me: The observer.
+        lanes: How many worlds.
+        close: From :func:`compare`, shape ``(lanes,)``.
+        other: In and out, shape ``(r, 7, lanes)``.
+        reach: What is farther is not looked at (m).
+        radius: Of all markers (m).
+        ahead: Of the eye (m).
+        hiders: Room to work in, shape ``(3, ROOM)``.
+        spot: Likewise, shape ``(ROOM,)``.
+        bits: Likewise.
+        dark: Out: rays that are covered, of those that are near another, ``(r, lanes)``.
+    """
+    r, some = len(other), 0
     for w in range(lanes):
         if close[w] == 0:
             continue
         for j in range(r):
             gap = other[j, GAP, w]
-            if j == me or (close[w] >> j) & 1 == 0 or gap > reach:
+            if (close[w] >> j) & 1 == 0 or gap > reach:
                 continue
-            far, size, hidden, drawn = max(gap, 1e-9), other[j, SIZE, w], 0, False
+            if some + r > ROOM:
+                darken(some, other, radius, hiders, spot, bits, dark)
+                some = 0
+            far, size = max(gap, 1e-9), other[j, SIZE, w]
             ux, uy = other[j, DX, w] / far, other[j, DY, w] / far
             for k in range(r):
                 near = other[k, GAP, w]
-                if k in (me, j) or near >= gap:
-                    continue
                 along = other[k, DX, w] * ux + other[k, DY, w] * uy - ahead
                 across = other[k, DX, w] * uy - other[k, DY, w] * ux
-                if may_hide(across, along, near + ahead, size, radius):
-                    if not drawn:
-                        spread(arc_sine(size), rays)
-                        drawn = True
-                    hidden |= marker_shadow(across, along, radius, rays)
-            if len(things) > 0:
-                cosine, sine = robot[me, COSINE, w], robot[me, SINE, w]
-                eye_x = robot[me, X, w] + ahead * (cosine * ux - sine * uy)
-                eye_y = robot[me, Y, w] + ahead * (sine * ux + cosine * uy)
-                half, bearing = arc_sine(size), direction(uy, ux)
-                hidden |= thing_shadows(
-                    bearing, half, gap - ahead, eye_x, eye_y, robot[me, YAW, w], objects[w], things
-                )
-            other[j, IN_SIGHT, w] = share_in_sight(hidden)
+                hiders[0, some], hiders[1, some], hiders[2, some] = across, along, size
+                spot[some] = j * ABREAST + w
+                counts = (k != me) & (k != j) & (near < gap)
+                some += 1 if counts & may_hide(across, along, near + ahead, size, radius) else 0
+    darken(some, other, radius, hiders, spot, bits, dark)
+
+
+@leaf
+def darken(
+    some: int,
+    other: FloatArray,
+    radius: float,
+    hiders: FloatArray,
+    spot: IntArray,
+    bits: IntArray,
+    dark: IntArray,
+) -> None:
+    """Add what some markers hide of others."""
+    marker_shadows(some, hiders[0], hiders[1], hiders[2], radius, bits)
+    for n in range(some):
+        j, w = spot[n] // ABREAST, spot[n] % ABREAST
+        dark[j, w] |= bits[n]
+        other[j, IN_SIGHT, w] = share_in_sight(dark[j, w])
+
+
+@leaf
+def hide_behind_things(
+    me: int,
+    lanes: int,
+    robot: FloatArray,
+    other: FloatArray,
+    reach: float,
+    ahead: float,
+    objects: FloatArray,
+    things: FloatArray,
+    dark: IntArray,
+) -> None:
+    """Fill in how much markers and things leave in sight of everybody, ``(r, 7, lanes)``."""
+    for w in range(lanes):
+        cosine, sine = robot[me, COSINE, w], robot[me, SINE, w]
+        for j in range(len(other)):
+            gap = other[j, GAP, w]
+            if j == me or gap > reach:
+                continue
+            far = max(gap, 1e-9)
+            ux, uy = other[j, DX, w] / far, other[j, DY, w] / far
+            eye_x = robot[me, X, w] + ahead * (cosine * ux - sine * uy)
+            eye_y = robot[me, Y, w] + ahead * (sine * ux + cosine * uy)
+            half, bearing = arc_sine(other[j, SIZE, w]), direction(uy, ux)
+            dark[j, w] |= thing_shadows(
+                bearing, half, gap - ahead, eye_x, eye_y, robot[me, YAW, w], objects[w], things
+            )
+            other[j, IN_SIGHT, w] = share_in_sight(dark[j, w])
 
 
 @leaf

@@ -13,10 +13,10 @@ from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.nearest import gather, measure, ring_of, sort_into_cells, take_nearest
 from swarmvision.sensing.shadows import (
-    RAYS,
     arc_sine,
     half_width,
     marker_shadows,
+    may_hide,
     share_in_sight,
     thing_shadows,
 )
@@ -53,7 +53,7 @@ def look_in_turn(
     number, place = np.zeros(r, np.int64), np.empty(r, np.int64)
     x, y, yaw, sine, cosine = np.empty(r), np.empty(r), np.empty(r), np.empty(r), np.empty(r)
     square, key, order = np.empty(r), np.empty(r, np.int64), np.empty(r, np.int64)
-    offset_x, offset_y, gaps, rays = np.empty(r), np.empty(r), np.empty(r), np.empty((2, len(RAYS)))
+    offset, hiders, bits = np.empty((3, r)), np.empty((3, r)), np.empty(r, np.int64)
     forward, left = np.empty(r * slots), np.empty(r * slots)
     far = reach * reach
     for w in range(worlds):
@@ -81,14 +81,12 @@ def look_in_turn(
                 if occlusion:
                     ux, uy = dx / max(gap, 1e-9), dy / max(gap, 1e-9)
                     size = half_width(gap, radius, ahead)
-                    hidden = marker_shadows(
-                        taken, ux, uy, size, radius, ahead, offset_x, offset_y, gaps, rays
-                    )
+                    hidden = shadow(taken, ux, uy, size, radius, ahead, offset, hiders, bits)
                     if len(things) > 0:
                         half, bearing = arc_sine(size), direction(beside_me, ahead_of_me)
                         eye = (my_x + ahead * ux, my_y + ahead * uy, my_yaw)
                         hidden |= thing_shadows(bearing, half, gap - ahead, *eye, objects[w], things)
-                    offset_x[taken], offset_y[taken], gaps[taken] = dx, dy, gap
+                    offset[0, taken], offset[1, taken], offset[2, taken] = dx, dy, gap
                     visible = share_in_sight(hidden) if hidden else 1.0
                 taken += 1
                 if visible < least or (limit < np.inf and abs(direction(beside_me, ahead_of_me)) > limit):
@@ -102,6 +100,45 @@ def look_in_turn(
             clear(base + first + found, base + first + slots, who, seen)
         for slot in range(r * slots):
             seen[BEARING, base + slot] = direction(left[slot], forward[slot])
+
+
+@leaf
+def shadow(
+    count: int,
+    x: float,
+    y: float,
+    sine: float,
+    radius: float,
+    ahead: float,
+    offset: FloatArray,
+    hiders: FloatArray,
+    bits: IntArray,
+) -> int:
+    """Return the bits of the rays of a marker that any nearer marker covers.
+
+    Args:
+        count: Of the nearer ones.
+        x: Of the marker's direction, of length 1.
+        y: Of the same.
+        sine: Of half the marker's width, as the eye sees it.
+        radius: Of all markers (m).
+        ahead: Of the eye, towards the marker (m).
+        offset: Place of the nearer markers from the observer, and their range (m), shape ``(3, n)``.
+        hiders: Room to work in, likewise.
+        bits: Likewise, shape ``(n,)``.
+    """
+    some = 0
+    for m in range(count):
+        # From the eye to the nearer marker, along the direction of the farther one and across it.
+        along = offset[0, m] * x + offset[1, m] * y - ahead
+        across = offset[0, m] * y - offset[1, m] * x
+        hiders[0, some], hiders[1, some], hiders[2, some] = across, along, sine
+        some += 1 if may_hide(across, along, offset[2, m] + ahead, sine, radius) else 0
+    marker_shadows(some, hiders[0], hiders[1], hiders[2], radius, bits)
+    hidden = 0
+    for m in range(some):
+        hidden |= bits[m]
+    return hidden
 
 
 @leaf

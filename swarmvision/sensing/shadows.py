@@ -11,56 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision.compiled import leaf
+from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.trigonometry import direction, sine_cosine
 
 RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
+MIDDLE = len(RAYS) // 2  # the first ray to the left of the middle
 ALL_RAYS = (1 << len(RAYS)) - 1
-
-
-@leaf
-def marker_shadows(
-    count: int,
-    x: float,
-    y: float,
-    sine: float,
-    radius: float,
-    ahead: float,
-    offset_x: FloatArray,
-    offset_y: FloatArray,
-    gaps: FloatArray,
-    rays: FloatArray,
-) -> int:
-    """Return the bits of the rays that any nearer marker covers.
-
-    Args:
-        count: Of the nearer ones.
-        x: Of the marker's direction, of length 1.
-        y: Of the same.
-        sine: Of half the marker's width, as the eye sees it.
-        radius: Of all markers (m).
-        ahead: Of the eye, towards the marker (m).
-        offset_x: Of the nearer markers from the observer (m).
-        offset_y: Of the same.
-        gaps: Their range (m).
-        rays: Room to work in, shape ``(2, n)`` for ``n`` rays.
-    """
-    close = 0
-    for m in range(count):
-        # From the eye to the nearer marker, along the direction of the farther one and across it.
-        along = offset_x[m] * x + offset_y[m] * y - ahead
-        across = offset_x[m] * y - offset_y[m] * x
-        close += 1 if may_hide(across, along, gaps[m] + ahead, sine, radius) else 0
-    if close == 0:
-        return 0
-    bits = 0
-    spread(arc_sine(sine), rays)
-    for m in range(count):
-        along = offset_x[m] * x + offset_y[m] * y - ahead
-        across = offset_x[m] * y - offset_y[m] * x
-        if may_hide(across, along, gaps[m] + ahead, sine, radius):
-            bits |= marker_shadow(across, along, radius, rays)
-    return bits
 
 
 @leaf
@@ -84,34 +41,31 @@ def may_hide(across: float, along: float, distance: float, sine: float, radius: 
 
 
 @leaf
-def spread(half: float, rays: FloatArray) -> None:
-    """Fill in sines and cosines of the rays' angles, ``(2, n)``, of a marker of some half width (rad)."""
-    sines, cosines = rays[0], rays[1]
-    middle, last = len(RAYS) // 2, len(RAYS) - 1
-    # From the middle outwards, each a tenth of the width beyond the last: cheaper than so many sines.
-    sine, cosine = sine_cosine(RAYS[middle] * half)
-    step_sine, step_cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
-    for n in range(middle, len(RAYS)):
-        sines[n], cosines[n], sines[last - n], cosines[last - n] = sine, cosine, -sine, cosine
-        sine, cosine = sine * step_cosine + cosine * step_sine, cosine * step_cosine - sine * step_sine
-
-
-@leaf
-def marker_shadow(across: float, along: float, radius: float, rays: FloatArray) -> int:
-    """Return the bits of the rays that a nearer marker covers.
+def marker_shadows(
+    count: int, across: FloatArray, along: FloatArray, sine: FloatArray, radius: float, bits: IntArray
+) -> None:
+    """Fill in the bits of the rays that nearer markers cover, each those of one farther marker, ``(n,)``.
 
     Args:
-        across: Place of the nearer marker's axis across the direction of the farther one (m).
+        count: How many, ``n``.
+        across: Place of the nearer marker's axis, from the eye, across the direction of the farther one (m).
         along: And along it (m).
-        radius: Of the nearer (m).
-        rays: Sines and cosines of the rays' angles from the direction of the farther one, shape ``(2, n)``.
+        sine: Of half the width of the farther one, as the eye sees it.
+        radius: Of all markers (m).
+        bits: Out.
     """
-    sines, cosines, bits = rays[0], rays[1], 0
-    for n in range(len(RAYS)):
-        beside = across * cosines[n] + along * sines[n]
-        before = along * cosines[n] - across * sines[n]
-        bits |= (1 if (abs(beside) < radius) & (before > 0.0) else 0) << n
-    return bits
+    for n in range(count):
+        x, y = across[n], along[n]
+        # From the middle outwards, each a tenth of the width beyond the last: cheaper than so many sines.
+        out, ahead = sine_cosine(RAYS[MIDDLE] * arc_sine(sine[n]))
+        step_out, step_ahead = 2.0 * out * ahead, 1.0 - 2.0 * out * out
+        found = 0
+        for ray in range(MIDDLE, len(RAYS)):
+            left, right = abs(x * ahead + y * out) < radius, abs(x * ahead - y * out) < radius
+            found |= (1 if left & (y * ahead - x * out > 0.0) else 0) << ray
+            found |= (1 if right & (y * ahead + x * out > 0.0) else 0) << (len(RAYS) - 1 - ray)
+            out, ahead = out * step_ahead + ahead * step_out, ahead * step_ahead - out * step_out
+        bits[n] = found
 
 
 @leaf
