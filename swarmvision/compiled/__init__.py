@@ -40,10 +40,19 @@ def leaf(function: Function) -> Function:
     return _compiled(function, _nrt=False)
 
 
-def _compiled(function: Function, **options: Any) -> Function:
+def apart(function: Function) -> Function:
+    """Return the same as :func:`leaf` of a function that is handed arrays of which no two overlap.
+
+    A loop over many arrays becomes vector code only where none of them can be a piece of another that is
+    written; a compiler cannot know, and asks at run time about a few at most. Here it is promised.
+    """
+    return _compiled(function, apart=True, _nrt=False)
+
+
+def _compiled(function: Function, *, apart: bool = False, **options: Any) -> Function:
     if not HAS_NUMBA:
         return function
-    kernel: Any = Kernel(function, targetoptions={**OPTIONS, **options})
+    kernel: Any = Kernel(function, apart=apart, targetoptions={**OPTIONS, **options})
     kernel.enable_caching()
     file: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if hasattr(file, "_source_stamp"):  # numba's own, and not promised

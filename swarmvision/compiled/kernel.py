@@ -26,11 +26,14 @@ FLAGS_HASH = hash(tuple(sorted(compiler.Flags.options)))
 class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
     """Compiles wholes as numba does, by our compiler, and hands parts to other kernels."""
 
-    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
+    def __init__(
+        self, py_func: Any, locals: Any = None, targetoptions: Any = None, *, apart: bool = False
+    ) -> None:
         super().__init__(py_func, locals, targetoptions)
         self._compiler = _Compiler(
             py_func, self.targetdescr, self.targetoptions, self.locals, compiler.Compiler
         )
+        self._compiler.apart = apart
         self._parts: dict[Any, tuple[Any, object]] = {}
         """Signature and the target's name of each part, by the types of its arguments."""
 
@@ -74,6 +77,9 @@ class _Flags(compiler.Flags):  # type: ignore[misc]
 class _Compiler(_FunctionCompiler):  # type: ignore[misc]
     """Builds parts and wholes."""
 
+    apart = False
+    """Whether no two arrays that the function is handed overlap."""
+
     def compile_part(self, args: tuple[Any, ...]) -> Any:
         """Return a part for arguments of these types."""
         return self._build(_Part, args, None)
@@ -88,7 +94,7 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
     def _build(self, kind: type[_Part | _Whole], args: tuple[Any, ...], return_type: Any) -> Any:
         flags = _Flags()
         self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
-        flags.no_cfunc_wrapper = True
+        flags.no_cfunc_wrapper, flags.noalias = True, self.apart
         flags.no_compile = flags.no_cpython_wrapper = kind is _Part
         target = self.targetdescr.target_context
         library = kind(target.codegen(), self.py_func.__qualname__)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarmvision import randomness
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.error_table import DEVIATES
 
@@ -31,57 +31,57 @@ def normal_table() -> FloatArray:
     return table
 
 
-mixed = compiled(randomness.mixed)
+mixed = leaf(randomness.mixed)
 
 
-@compiled
+@leaf
 def of_picture(key: np.uint64, picture: int) -> np.uint64:
     """Return 64 random bits of an observer for a picture, to be taken :func:`of_other`."""
     return mixed(key + np.uint64(picture + 1) * randomness.GOLDEN)
 
 
-@compiled
+@leaf
 def of_other(bits: np.uint64, other: int) -> np.uint64:
     """Return 64 random bits for a neighbour, of those of the picture."""
     return mixed(bits + np.uint64(other + 3) * randomness.GOLDEN)
 
 
-@compiled
+@leaf
 def share(bits: np.uint64) -> float:
     """Return the upper 28 of 64 random bits as a number in [0, 1)."""
     return float(bits >> np.uint64(36)) * 2.0**-28
 
 
-@compiled
+@leaf
 def normal(bits: np.uint64, number: int, normals: FloatArray) -> float:
     """Return one of three normal deviates that 64 random bits hold beside their :func:`share`."""
     return float(normals[entry(bits, number)])
 
 
-@compiled
+@leaf
 def entry(bits: np.uint64, number: int) -> int:
     """Return the place of that deviate in the table; a call with numbers alone costs a kernel nothing."""
     return int((bits >> np.uint64(DEVIATE_BITS * number)) & np.uint64(NORMALS - 1))
 
 
-@compiled
+@leaf
 def bin_of(edges: FloatArray, value: float) -> int:
     """Return the bin of a value: how many edges are at or below it."""
     below = 0
     for n in range(len(edges)):
-        below += value >= edges[n]
+        below += 1 if value >= edges[n] else 0
     return below
 
 
-@compiled
+@leaf
 def picked(quantiles: FloatArray, first: int, deviate: float) -> float:
     """Return the quantile at a normal deviate, of those from ``first`` on; beyond the last, the last."""
     n, part = between(deviate)
     low, high = quantiles[first + n], quantiles[first + n + 1]
-    return float(low + part * (high - low))
+    return low + part * (high - low)  # type: ignore[no-any-return]  # of an array
 
 
-@compiled
+@leaf
 def between(deviate: float) -> tuple[int, float]:
     """Return behind which quantile a deviate is, and which part of the way to the next."""
     place = min(max((deviate - FIRST) * PER_DEVIATE, 0.0), LAST - 1e-9)

@@ -1,4 +1,4 @@
-"""Who is measured in a picture, and how wrong.
+"""Who of the candidates is measured in a picture, how wrong, and whether its track goes on.
 
 A measurement within the tracker's gate goes on with its neighbour's track. A jump beyond it begins the
 track anew, and one beyond a robot's size begins another and leaves the old one behind as a ghost.
@@ -6,218 +6,147 @@ track anew, and one beyond a robot's size begins another and leaves the old one 
 
 from __future__ import annotations
 
-import numpy as np
-
-from swarmvision.compiled import compiled
-from swarmvision.data import BoolArray, IntArray
+from swarmvision.compiled import apart, leaf
+from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.planar import NEAREST_AXES
-from swarmvision.sensing.error_chance import (
-    QUANTILES,
-    between,
-    bin_of,
-    entry,
-    mixed,
-    of_other,
-    of_picture,
-    share,
+from swarmvision.sensing.error_chance import QUANTILES, entry, mixed, of_other, picked, share
+from swarmvision.sensing.error_memory import (
+    AGE,
+    LASTING_BEARING,
+    LASTING_HEADING,
+    LASTING_RANGE,
+    MEASURED,
+    SPIN,
+    STATE,
+    VX,
+    VY,
+    YAW,
+    Slots,
+    X,
+    Y,
 )
-from swarmvision.sensing.error_memory import GHOST, MEASURED, Minds, Slots
-from swarmvision.sensing.error_numbers import TRACKER, Tables, Told
-from swarmvision.sensing.error_table import RANGES, TURNS
-from swarmvision.sensing.error_tracks import LEFT_BEHIND, ON, TURN_BINS, unforeseen
+from swarmvision.sensing.error_numbers import TRACKER, Tables
+from swarmvision.sensing.error_rows import Candidates, Observers
+from swarmvision.sensing.error_table import RANGES
+from swarmvision.sensing.error_tracks import TURN_BINS, growth, unforeseen
 from swarmvision.sensing.error_views import VIEWS, WHOLE, view_of
-from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
 from swarmvision.trigonometry import wrapped
 
-NOBODY = -1  # instead of a neighbour's number, in the chance of what all neighbours share
 NEAREST = 0.01  # m; nobody is believed nearer
 GATE, ACCELERATION, TURN_ACCELERATION = TRACKER.gate, TRACKER.acceleration, TRACKER.turn_acceleration
+CELLS = (len(RANGES) + 1) * TURN_BINS * VIEWS
 
 
-@compiled
+@leaf
 def range_bin(distance: float) -> int:
-    """Return the bin of a range (m), as :func:`bin_of`."""
+    """Return the bin of a range (m), as :func:`swarmvision.sensing.error_chance.bin_of`."""
     below = 0
     for n in range(len(RANGES)):
-        below += distance >= RANGES[n]
+        below += 1 if distance >= RANGES[n] else 0
     return below
 
 
-@compiled
+@apart
 def measure(
+    first: int,
+    begin: int,
+    count: int,
+    each: int,
+    slots: int,
     pose: FloatArray,
+    passed: float,
     who: IntArray,
-    sight: FloatArray,
-    exposed: BoolArray,
-    passed: FloatArray,
-    turn_rate: FloatArray,
+    sight: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     limits: tuple[float, float, float],
     tables: Tables,
+    observers: Observers,
     old: Slots,
-    minds: Minds,
-    new: Slots,
-    gone: IntArray,
-    told: Told,
+    some: Candidates,
 ) -> None:
-    """Decide who is measured in a picture, nearest first, and begin every robot's slots with them.
+    """Fill in who of the candidates of some observers is measured, and how.
 
     Args:
-        pose: Of the robots, ``(w, r, 3)``.
-        who: Of the exposed worlds ``x`` whom each robot may see, nearest first, -1 behind, ``(x, r, m)``.
-        sight: Their true range, bearing, heading and visible fraction, ``(x, r, m, 4)``.
-        exposed: Which worlds take a picture, ``(w,)``.
-        passed: Since the last call (s), ``(w,)``.
-        turn_rate: Of the robots (rad/s), ``(w, r)``.
+        first: The first observer's number among all robots.
+        begin: And among those that take a picture.
+        count: Of the observers.
+        each: How many candidates each has, ``m``.
+        slots: How many slots, ``k``.
+        pose: Of all robots, ``(o * 3,)``.
+        passed: Since the last call (s).
+        who: The candidates' numbers in their world, -1 for nobody, of all that take a picture, ``(x * m,)``.
+        sight: Their true range (m), bearing in -2 pi ... 2 pi and heading (rad), visible fraction, likewise.
         limits: Reach, beyond which estimates are dropped (m), time between pictures (s), markers' radius (m).
         tables: Of the errors.
-        old: Slots of the last call, after :func:`carry_on`.
-        minds: Of the observers; they go on.
-        new: Out: slots of this call.
-        gone: Out: which old slots are not to be remembered, ``(w, r, k)``.
-        told: Out.
+        observers: Of these robots.
+        old: Slots of the last call, after :func:`swarmvision.sensing.error_tracks.carry_on`.
+        some: In and out.
     """
     reach, period, radius = limits
-    again, anew, fresh, variance = tables.again, tables.anew, tables.fresh, tables.variance
-    grip, normals, weights = tables.grip, tables.normals, tables.weights
-    common, following, picture, keys = minds.common, minds.following, minds.picture, minds.keys
-    old_used, old_who, old_state, old_age, _, old_number, old_deviate, old_place, old_pace = old
-    used, new_who, state, age, visible, number, deviate, place, pace = new
-    told_range, told_bearing, told_heading, covariance = told
-    keep0, renew0, last0, once0, both0, bothonce0 = weights[0]
-    keep1, renew1, last1, once1, both1, bothonce1 = weights[1]
-    keep2, renew2, last2, once2, both2, bothonce2 = weights[2]
-    worlds, robots, slots = new_who.shape
-    slot_of = np.full(robots, -1)
-    soon_aside, soon_round = (
-        unforeseen(ACCELERATION, period, period),
-        unforeseen(TURN_ACCELERATION, period, period),
-    )
+    gaps, bearings, headings, visibles = sight
+    chance, fresh, variance, grip = tables.chance, tables.fresh, tables.variance, tables.grip
+    normals, weights, marks, held = tables.normals, tables.weights, old.marks, old.numbers
+    keep0, renew0, last0, once0 = weights[0], weights[1], weights[2], weights[3]
+    keep1, renew1, last1, once1 = weights[6], weights[7], weights[8], weights[9]
+    keep2, renew2, last2, once2 = weights[12], weights[13], weights[14], weights[15]
+    soon_aside, soon_round = unforeseen(ACCELERATION, period), unforeseen(TURN_ACCELERATION, period)
     soon, rate = 1.5 * period, 1.0 / period
-    x = -1
-    for w in range(worlds):
-        for i in range(robots):
-            used[w, i] = 0
-            for n in range(old_used[w, i]):
-                gone[w, i, n] = 0
-        if not exposed[w]:
-            continue
-        x += 1
-        begun = picture[w] > 0
-        for i in range(robots):
-            for n in range(old_used[w, i]):
-                if old_who[w, i, n] >= 0 and old_state[w, i, n] != GHOST:
-                    slot_of[old_who[w, i, n]] = n
-            turn = turn_rate[w, i]
-            # Tables are of left turns; what lasts is kept as it is, for an error outlives a turn's change.
-            t, turned_to = bin_of(TURNS, abs(turn)), 1.0 if turn >= 0.0 else -1.0
-            seed = of_picture(keys[w, i], picture[w])
-            bits = of_other(seed, NOBODY)
+    for c in range(each):
+        for b in range(count):
+            n, i = (begin + b) * each + c, first + b
+            j, gap, bearing, visible = who[n], gaps[n], bearings[n], visibles[n]
+            past = some.past[c, b]
+            has, track = past >= 0, i * slots + max(past, 0)
+            view, side = view_of(gap, bearing, visible, radius)
+            sign = side if view > WHOLE else observers.side[b]
+            cell = (range_bin(gap) * TURN_BINS + observers.turn[b]) * VIEWS + view
+            bits, again = of_other(observers.seed[b], j), has & (marks[track, STATE] == MEASURED)
+            found = (j >= 0) & (share(bits) < chance[cell + (CELLS if again else 0)])
+
             z0, z1, z2 = (
                 normals[entry(bits, 0)],
-                turned_to * normals[entry(bits, 1)],
-                turned_to * normals[entry(bits, 2)],
+                sign * normals[entry(bits, 1)],
+                sign * normals[entry(bits, 2)],
             )
-            if begun:
-                z0 = keep0 * common[w, i, 0] + renew0 * z0
-                z1 = keep1 * common[w, i, 1] + renew1 * z1
-                z2 = keep2 * common[w, i, 2] + renew2 * z2
-            common[w, i, 0], common[w, i, 1], common[w, i, 2] = z0, z1, z2
-            bits = mixed(bits)
-            shared0 = both0 * z0 + bothonce0 * normals[entry(bits, 0)]
-            shared1 = both1 * z1 + bothonce1 * turned_to * normals[entry(bits, 1)]
-            shared2 = both2 * z2 + bothonce2 * turned_to * normals[entry(bits, 2)]
-            my_x, my_y, yaw = pose[w, i, 0], pose[w, i, 1], pose[w, i, 2]
-            count, following_number = 0, following[w, i]
-            for c in range(who.shape[2]):
-                j = who[x, i, c]
-                if j < 0 or count == slots:
-                    break
-                gap, seen = sight[x, i, c, RANGE], sight[x, i, c, VISIBLE]
-                view, side = view_of(gap, sight[x, i, c, BEARING], seen, radius)
-                sign = side if view > WHOLE else turned_to
-                cell = (range_bin(gap) * TURN_BINS + t) * VIEWS + view
-                past = slot_of[j]
-                bits, likely = of_other(seed, j), anew[cell]
-                if past >= 0 and old_state[w, i, past] == MEASURED:
-                    likely = again[cell]
-                if share(bits) >= likely:
-                    continue
-                z0, z1, z2 = (
-                    normals[entry(bits, 0)],
-                    sign * normals[entry(bits, 1)],
-                    sign * normals[entry(bits, 2)],
-                )
-                if past >= 0:
-                    z0 = keep0 * old_deviate[w, i, past, 0] + renew0 * z0
-                    z1 = keep1 * old_deviate[w, i, past, 1] + renew1 * z1
-                    z2 = keep2 * old_deviate[w, i, past, 2] + renew2 * z2
-                bits = mixed(bits)
-                first = cell * (3 * QUANTILES)
-                z = last0 * z0 + once0 * normals[entry(bits, 0)] + shared0
-                n, part = between(z)
-                low, high = fresh[first + n], fresh[first + n + 1]
-                away = max(gap + gap * gap * (low + part * (high - low)), NEAREST)
-                if away > reach:
-                    continue
-                z = sign * (last1 * z1 + shared1) + once1 * normals[entry(bits, 1)]
-                n, part = between(z)
-                low, high = fresh[first + QUANTILES + n], fresh[first + QUANTILES + n + 1]
-                off = sign * (low + part * (high - low))
-                z = sign * (last2 * z2 + shared2) + once2 * normals[entry(bits, 2)]
-                n, part = between(z)
-                low, high = fresh[first + 2 * QUANTILES + n], fresh[first + 2 * QUANTILES + n + 1]
-                heading = sight[x, i, c, HEADING] + sign * (low + part * (high - low))
-                told_range[w, i, count], told_heading[w, i, count] = away, wrapped(heading)
-                told_bearing[w, i, count] = wrapped(sight[x, i, c, BEARING] + off)
-                for n in range(9):
-                    covariance[w, i, count, n] = 0.0
-                for n in range(3):
-                    covariance[w, i, count, 4 * n] = variance[3 * cell + n]
-                deviate[w, i, count, 0], deviate[w, i, count, 1], deviate[w, i, count, 2] = z0, z1, z2
-                new_who[w, i, count], age[w, i, count], state[w, i, count] = j, 0.0, MEASURED
-                visible[w, i, count] = seen
-                # Where it is believed to be: errors of bearing are small enough to go straight aside.
-                along = away / max(gap, NEAREST)
-                dx, dy = along * (pose[w, j, 0] - my_x), along * (pose[w, j, 1] - my_y)
-                spot_x, spot_y = my_x + dx - off * dy, my_y + dy + off * dx
-                place[w, i, count, 0], place[w, i, count, 1], place[w, i, count, 2] = (
-                    spot_x,
-                    spot_y,
-                    yaw + heading,
-                )
-                pace[w, i, count, 0] = pace[w, i, count, 1] = pace[w, i, count, 2] = 0.0
-                follows = past >= 0
-                if follows:
-                    dx, dy = spot_x - old_place[w, i, past, 0], spot_y - old_place[w, i, past, 1]
-                    turned = wrapped(yaw + heading - old_place[w, i, past, 2])
-                    since, square = old_age[w, i, past] + passed[w], dx * dx + dy * dy
-                    aside, round_, per_time = soon_aside, soon_round, rate
-                    if since > soon:
-                        aside = unforeseen(ACCELERATION, period, since)
-                        round_, per_time = unforeseen(TURN_ACCELERATION, period, since), 1.0 / since
-                    aside, round_ = aside + variance[3 * cell], round_ + variance[3 * cell + 2]
-                    if square * round_ + turned * turned * aside <= GATE * aside * round_:
-                        vx, vy, spin = (
-                            old_pace[w, i, past, 0],
-                            old_pace[w, i, past, 1],
-                            old_pace[w, i, past, 2],
-                        )
-                        first_pace = vx == 0.0 and vy == 0.0
-                        gain = (1.0 if first_pace else grip[2 * cell]) * per_time
-                        turn_gain = (1.0 if first_pace else grip[2 * cell + 1]) * per_time
-                        pace[w, i, count, 0], pace[w, i, count, 1] = vx + gain * dx, vy + gain * dy
-                        pace[w, i, count, 2] = spin + turn_gain * turned
-                    elif square >= NEAREST_AXES * NEAREST_AXES:
-                        follows = False
-                    gone[w, i, past] = ON if follows else LEFT_BEHIND
-                if follows:
-                    number[w, i, count] = old_number[w, i, past]
-                else:
-                    number[w, i, count] = following_number
-                    following_number += 1
-                count += 1
-            used[w, i], following[w, i] = count, following_number
-            for n in range(old_used[w, i]):
-                if old_who[w, i, n] >= 0:
-                    slot_of[old_who[w, i, n]] = -1
+            z0 = keep0 * held[track, LASTING_RANGE] + renew0 * z0 if has else z0
+            z1 = keep1 * held[track, LASTING_BEARING] + renew1 * z1 if has else z1
+            z2 = keep2 * held[track, LASTING_HEADING] + renew2 * z2 if has else z2
+            some.lasting_range[c, b], some.lasting_bearing[c, b], some.lasting_heading[c, b] = z0, z1, z2
+
+            bits, row = mixed(bits), cell * (3 * QUANTILES)
+            z = last0 * z0 + once0 * normals[entry(bits, 0)] + observers.shared_range[b]
+            away = max(gap + gap * gap * picked(fresh, row, z), NEAREST)
+            z = sign * (last1 * z1 + observers.shared_bearing[b]) + once1 * normals[entry(bits, 1)]
+            off = sign * picked(fresh, row + QUANTILES, z)
+            z = sign * (last2 * z2 + observers.shared_heading[b]) + once2 * normals[entry(bits, 2)]
+            facing = headings[n] + sign * picked(fresh, row + 2 * QUANTILES, z)
+            some.share[c, b] = visible
+            some.found[c, b], some.cell[c, b] = 1 if found & (away <= reach) else 0, cell
+            some.range[c, b], some.bearing[c, b], some.heading[c, b] = (
+                away,
+                wrapped(bearing + off),
+                wrapped(facing),
+            )
+
+            # Where it is believed to be: errors of bearing are small enough to go straight aside.
+            along, my_x, my_y, there = away / max(gap, NEAREST), pose[3 * i], pose[3 * i + 1], 3 * max(j, 0)
+            there += 3 * observers.home[b]
+            dx, dy = along * (pose[there] - my_x), along * (pose[there + 1] - my_y)
+            x, y, yaw = my_x + dx - off * dy, my_y + dy + off * dx, pose[3 * i + 2] + facing
+            some.x[c, b], some.y[c, b], some.yaw[c, b] = x, y, yaw
+            dx, dy = x - held[track, X], y - held[track, Y]
+            turned = wrapped(yaw - held[track, YAW])
+            square, since = dx * dx + dy * dy, held[track, AGE] + passed
+            periods = since * rate if since > soon else 1.0
+            more = growth(periods)
+            aside, around = soon_aside * more + variance[3 * cell], soon_round * more + variance[3 * cell + 2]
+            inside = has & (square * around + turned * turned * aside <= GATE * aside * around)
+            some.follows[c, b] = 1 if inside | (has & (square < NEAREST_AXES * NEAREST_AXES)) else 0
+            per_time = rate / periods
+            vx, vy, spin = held[track, VX], held[track, VY], held[track, SPIN]
+            still = (vx == 0.0) & (vy == 0.0)
+            gain = (1.0 if still else grip[2 * cell]) * per_time
+            turn_gain = (1.0 if still else grip[2 * cell + 1]) * per_time
+            some.vx[c, b] = vx + gain * dx if inside else 0.0
+            some.vy[c, b] = vy + gain * dy if inside else 0.0
+            some.spin[c, b] = spin + turn_gain * turned if inside else 0.0

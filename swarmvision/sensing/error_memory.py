@@ -12,46 +12,33 @@ from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 
 Keys = NDArray[np.uint64]
-PHANTOM = -2  # instead of a neighbour's number
-MEASURED, REMEMBERED, GHOST = 0, 1, 2  # states of a slot
+NOBODY, PHANTOM = -1, -2  # instead of a neighbour's number; the former in the chance of what all share
+WHO, STATE, NUMBER = range(3)
+"""Marks of a slot: the neighbour's number, or -2 for a phantom; whether the last picture measured it, or
+whether it is a ghost; the number of the track, as a tracker counts them."""
+MEASURED, REMEMBERED, GHOST = 0, 1, 2  # its states
+AGE, SHARE, X, Y, YAW, VX, VY, SPIN, LASTING_RANGE, LASTING_BEARING, LASTING_HEADING = range(11)
+"""Numbers of a slot: since it was measured (s); fraction in sight then; where it is believed to be in the
+world (m, m, rad), and how that is believed to change (m/s, m/s, rad/s); lasting normal deviates of range,
+bearing and heading, left positive."""
 
 
 class Slots(NamedTuple):
-    """Neighbours of robots ``r`` of worlds ``w``, the first ``used`` of ``k`` slots."""
+    """Neighbours of robots ``o``, one world's after another's: the first ``used`` of each one's ``k``."""
 
     used: IntArray
-    """Shape ``(w, r)``."""
-    who: IntArray
-    """Number of the neighbour, -2 for a phantom, ``(w, r, k)``."""
-    state: IntArray
-    """Whether the last picture measured it, or whether it is a ghost, ``(w, r, k)``."""
-    age: FloatArray
-    """Since it was measured (s), ``(w, r, k)``."""
-    visible: FloatArray
-    """Fraction in sight when it was measured, ``(w, r, k)``."""
-    number: IntArray
-    """Of the track, as a tracker counts them, ``(w, r, k)``."""
-    deviate: FloatArray
-    """Lasting normal deviates of range, bearing, heading, left positive, ``(w, r, k, 3)``."""
-    place: FloatArray
-    """Where it is believed to be: x, y (m), yaw (rad) in the world, ``(w, r, k, 3)``."""
-    pace: FloatArray
-    """How that is believed to change (m/s, rad/s), ``(w, r, k, 3)``."""
+    """Shape ``(o,)``."""
+    marks: IntArray
+    """Columns :data:`WHO` to :data:`NUMBER`, ``(o * k, 3)``."""
+    numbers: FloatArray
+    """Columns :data:`AGE` to :data:`LASTING_HEADING`, ``(o * k, 11)``."""
 
     @classmethod
-    def of(cls, worlds: int, robots: int, slots: int) -> Slots:
+    def of(cls, robots: int, slots: int) -> Slots:
         """Return slots in which nobody is."""
-        shape = (worlds, robots, slots)
+        size = robots * slots
         return cls(
-            used=np.zeros((worlds, robots), np.int64),
-            who=np.empty(shape, np.int64),
-            state=np.empty(shape, np.int64),
-            age=np.empty(shape),
-            visible=np.empty(shape),
-            number=np.empty(shape, np.int64),
-            deviate=np.empty((*shape, 3)),
-            place=np.empty((*shape, 3)),
-            pace=np.empty((*shape, 3)),
+            used=np.zeros(robots, np.int64), marks=np.zeros((size, 3), np.int64), numbers=np.zeros((size, 11))
         )
 
 
@@ -59,17 +46,17 @@ class Minds(NamedTuple):
     """What is an observer's own, whomever it sees."""
 
     common: FloatArray
-    """Lasting deviates that all of an observer's neighbours share, ``(w, r, 3)``."""
+    """Lasting deviates that all of an observer's neighbours share, ``(o * 3,)``."""
     pose: FloatArray
-    """True pose at the last call, ``(w, r, 3)``."""
+    """True pose at the last call, ``(o * 3,)``."""
     way: FloatArray
-    """Forward way (m) and turn (rad) by the encoders until then, ``(w, r, 2)``."""
+    """Forward way (m) and turn (rad) by the encoders until then, ``(o * 2,)``."""
     following: IntArray
-    """Number of the observer's next track, ``(w, r)``."""
+    """Number of the observer's next track, ``(o,)``."""
     picture: IntArray
     """Number of the next picture, ``(w,)``."""
     keys: Keys
-    """Of the observers' chance, ``(w, r)``."""
+    """Of the observers' chance, ``(o,)``."""
 
 
 @dataclass(eq=False, slots=True)
@@ -82,27 +69,29 @@ class ErrorMemory:
     """Room for the next."""
     minds: Minds
     """Of the observers."""
+    each: int
+    """How many slots a robot has, ``k``."""
 
     @classmethod
     def blank(cls, keys: Keys, slots: int) -> ErrorMemory:
         """Return the memory of robots that have seen nothing, from their keys ``(w, r)``."""
-        shape = (*keys.shape, slots)
+        robots = keys.size
         minds = Minds(
-            common=np.zeros((*keys.shape, 3)),
-            pose=np.zeros((*keys.shape, 3)),
-            way=np.zeros((*keys.shape, 2)),
-            following=np.zeros(keys.shape, np.int64),
+            common=np.zeros(robots * 3),
+            pose=np.zeros(robots * 3),
+            way=np.zeros(robots * 2),
+            following=np.zeros(robots, np.int64),
             picture=np.zeros(len(keys), np.int64),
-            keys=keys.astype(np.uint64),
+            keys=keys.astype(np.uint64).reshape(-1),
         )
-        return cls(Slots.of(*shape), Slots.of(*shape), minds)
+        return cls(Slots.of(robots, slots), Slots.of(robots, slots), minds, slots)
 
     def forget(self, world: int, keys: Keys) -> None:
         """Begin anew in one world, with other keys ``(r,)``."""
-        self.slots.used[world] = 0
-        self.minds.common[world] = 0.0
-        self.minds.following[world] = self.minds.picture[world] = 0
-        self.minds.keys[world] = keys
+        robots = slice(world * len(keys), (world + 1) * len(keys))
+        self.slots.used[robots] = self.minds.following[robots] = self.minds.picture[world] = 0
+        self.minds.common.reshape(-1, 3)[robots] = 0.0
+        self.minds.keys[robots] = keys
 
     def exchange(self) -> None:
         """Let what the last call filled be what the next one reads."""

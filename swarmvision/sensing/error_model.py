@@ -19,7 +19,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from swarmvision import recycling
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import ErrorModelSensorConfig
@@ -28,15 +27,14 @@ from swarmvision.drive import Drive
 from swarmvision.geometry import FloatArray
 from swarmvision.randomness import Subsystem, hashed
 from swarmvision.sensing.error_chance import normal_table
-from swarmvision.sensing.error_measure import measure
 from swarmvision.sensing.error_memory import ErrorMemory, Keys
-from swarmvision.sensing.error_numbers import Tables, Told, tell
-from swarmvision.sensing.error_phantoms import imagine
+from swarmvision.sensing.error_numbers import Tables, Told
+from swarmvision.sensing.error_step import believe
 from swarmvision.sensing.error_table import ErrorTable
-from swarmvision.sensing.error_tracks import CLOCK_SLACK, carry_on, remember
+from swarmvision.sensing.error_tracks import CLOCK_SLACK
 from swarmvision.sensing.error_views import AHEAD
 from swarmvision.sensing.sight import View
-from swarmvision.sensing.truth import sight
+from swarmvision.sensing.truth import looked
 
 MARGIN = 1.1  # candidates are looked for a little beyond the reach: an estimate may be nearer than the truth
 CANDIDATES = 2  # of the nearest for each slot; in a crowd those behind are hidden anyway
@@ -56,7 +54,7 @@ class ErrorModel:
             period: Between pictures (s).
         """
         self._tables = Tables.of(table, normal_table(), period)
-        self._phantom, self._memory = float(table.phantom[0]), memory
+        self._chances = memory, float(table.phantom[0])
         self._limits = view.reach, period, view.radius
         self._view = replace(view, reach=view.reach * MARGIN)
 
@@ -84,49 +82,34 @@ class ErrorModel:
         Returns:
             Measured neighbours first, nearest first, shape ``(w, r, k)``.
         """
-        shape = memory.slots.who.shape
-        told, gone = Told.of(shape), recycling.empty(shape, np.int64)
-        old, new, minds = memory.slots, memory.spare, memory.minds
-        seen, age, track, visible = (
-            recycling.empty(shape, bool),
-            recycling.empty(shape),
-            recycling.empty(shape, np.int64),
-            recycling.empty(shape),
-        )
-        most = min(max(shape[1] - 1, 0), CANDIDATES * shape[2])
+        worlds, robots = turn_rate.shape
+        slots = memory.each
+        told = Told.of(worlds * robots * slots)
+        most = min(max(robots - 1, 0), CANDIDATES * slots)
         scenes = (pose, objects) if exposed.all() else (pose[exposed], objects[exposed])
-        who, found = sight(*scenes, self._view, most, least=-1.0)
+        who, found = looked(*scenes, self._view, most, least=-1.0)
         with np.errstate(over="ignore"):  # hashes are meant to wrap, where no compiler makes them
-            carry_on(pose, way, passed, old, minds)
-            measure(
-                pose,
-                who,
-                found,
+            believe(
+                robots,
+                slots,
+                most,
+                pose.reshape(-1),
+                turn_rate.reshape(-1),
+                way.reshape(-1),
+                who.reshape(-1),
+                found.reshape(4, -1),
                 exposed,
                 passed,
-                turn_rate,
                 self._limits,
+                self._chances,
                 self._tables,
-                old,
-                minds,
-                new,
-                gone,
+                memory.slots,
+                memory.minds,
+                memory.spare,
                 told,
             )
-            remember(pose, exposed, passed, turn_rate, self._memory, self._tables, old, gone, new, told)
-            imagine(pose, exposed, turn_rate, self._limits[0], self._phantom, self._tables, minds, new, told)
-        tell(new, told, seen, age, track, visible)
         memory.exchange()
-        return Estimates.given(
-            seen=seen,
-            range=told.range,
-            bearing=told.bearing,
-            heading=told.heading,
-            covariance=told.covariance.reshape(*shape, 3, 3),
-            age=age,
-            track=track,
-            visible=visible,
-        )
+        return told.estimates((worlds, robots, slots))
 
 
 class ErrorModelSensor:

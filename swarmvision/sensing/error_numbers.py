@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from swarmvision import recycling
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.config.sensor import TrackerConfig
-from swarmvision.data import BoolArray, IntArray
+from swarmvision.data import BoolArray, Estimates, IntArray
 from swarmvision.geometry import FloatArray
-from swarmvision.sensing.error_memory import Slots
+from swarmvision.sensing.error_memory import AGE, NUMBER, SHARE
 from swarmvision.sensing.error_table import ErrorTable
 
 TRACKER = TrackerConfig()  # the tables are of its defaults
@@ -20,8 +20,8 @@ TRACKER = TrackerConfig()  # the tables are of its defaults
 class Tables(NamedTuple):
     """The tables of :class:`ErrorTable` in a row each, with what follows from them."""
 
-    again: FloatArray
-    anew: FloatArray
+    chance: FloatArray
+    """Of being measured: who was not in the last picture, then who was, ``(2 * d * t * v,)``."""
     fresh: FloatArray
     variance: FloatArray
     """Of a fresh measurement, as the tracker states it, ``(d * t * v * 3,)``."""
@@ -31,7 +31,7 @@ class Tables(NamedTuple):
     place: FloatArray
     weights: FloatArray
     """Of range, bearing and heading: correlation of what lasts and weight of what is new in it; weights of a
-    neighbour's own lasting and new deviates; of those that an observer's neighbours share, ``(3, 6)``."""
+    neighbour's own lasting and new deviates; of those that an observer's neighbours share, ``(3 * 6,)``."""
     normals: FloatArray
 
     @classmethod
@@ -43,14 +43,13 @@ class Tables(NamedTuple):
         shared = (common * lasting, common * (1.0 - lasting))
         spread = np.array([TRACKER.acceleration, TRACKER.turn_acceleration])
         return cls(
-            again=table.again.ravel(),
-            anew=table.anew.ravel(),
+            chance=np.concatenate([table.anew.ravel(), table.again.ravel()]),
             fresh=table.fresh.ravel(),
             variance=table.fresh_std.ravel() ** 2,
             aged_variance=table.aged_std.ravel() ** 2,
             grip=grips(table.fresh_std[..., [0, 2]], spread, period).ravel(),
             place=table.phantom_place.ravel(),
-            weights=np.column_stack([weights[0], *np.sqrt((*weights[1:], *shared))]),
+            weights=np.column_stack([weights[0], *np.sqrt((*weights[1:], *shared))]).ravel(),
             normals=normals,
         )
 
@@ -73,47 +72,68 @@ def grips(std: FloatArray, acceleration: FloatArray, period: float) -> FloatArra
 
 
 class Told(NamedTuple):
-    """As :class:`swarmvision.data.Estimates`, ``(w, r, k)``."""
+    """As :class:`swarmvision.data.Estimates`, of robots ``o``, ``(o * k,)`` each."""
 
+    seen: BoolArray
     range: FloatArray
     bearing: FloatArray
     heading: FloatArray
     covariance: FloatArray
-    """Shape ``(w, r, k, 9)``."""
+    """Shape ``(o * k, 9)``."""
+    age: FloatArray
+    track: IntArray
+    visible: FloatArray
 
     @classmethod
-    def of(cls, shape: tuple[int, ...]) -> Told:
-        """Return room for what is told."""
-        new = recycling.empty
-        return cls(new(shape), new(shape), new(shape), new((*shape, 9)))
+    def of(cls, size: int) -> Told:
+        """Return room for what is told by so many slots."""
+        shape, new = (size,), recycling.empty
+        return cls(
+            seen=new(shape, bool),
+            range=new(shape),
+            bearing=new(shape),
+            heading=new(shape),
+            covariance=new((size, 9)),
+            age=new(shape),
+            track=new(shape, np.int64),
+            visible=new(shape),
+        )
+
+    def estimates(self, shape: tuple[int, ...]) -> Estimates:
+        """Return them as estimates of a shape."""
+        arrays = {
+            name: array.reshape(shape) for name, array in self._asdict().items() if name != "covariance"
+        }
+        return Estimates.given(**arrays, covariance=self.covariance.reshape(*shape, 3, 3))
 
 
-@compiled
-def spread(covariance: FloatArray, w: int, i: int, n: int, variance: FloatArray, first: int) -> None:
-    """Fill in a diagonal covariance."""
-    for c in range(9):
-        covariance[w, i, n, c] = 0.0
-    covariance[w, i, n, 0] = variance[first]
-    covariance[w, i, n, 4] = variance[first + 1]
-    covariance[w, i, n, 8] = variance[first + 2]
-
-
-@compiled
+@leaf
 def tell(
-    slots: Slots, told: Told, seen: BoolArray, age: FloatArray, track: IntArray, visible: FloatArray
+    s: int,
+    gap: float,
+    bearing: float,
+    heading: float,
+    marks: IntArray,
+    numbers: FloatArray,
+    told: Told,
 ) -> None:
-    """Write down whom the slots hold, ``(w, r, k)`` each, and nan into those that hold nobody."""
-    used, old_age, old_visible, number = slots.used, slots.age, slots.visible, slots.number
-    told_range, told_bearing, told_heading, covariance = told
-    worlds, robots, most = seen.shape
-    for w in range(worlds):
-        for i in range(robots):
-            count = used[w, i]
-            for n in range(count):
-                seen[w, i, n], age[w, i, n] = True, old_age[w, i, n]
-                track[w, i, n], visible[w, i, n] = number[w, i, n], old_visible[w, i, n]
-            for n in range(count, most):
-                seen[w, i, n], age[w, i, n], track[w, i, n], visible[w, i, n] = False, np.nan, -1, 0.0
-                told_range[w, i, n] = told_bearing[w, i, n] = told_heading[w, i, n] = np.nan
-                for c in range(9):
-                    covariance[w, i, n, c] = np.nan
+    """Fill in what a slot tells, from its row of marks and of numbers; all but the covariance."""
+    told.seen[s], told.range[s], told.bearing[s], told.heading[s] = True, gap, bearing, heading
+    told.age[s], told.track[s], told.visible[s] = numbers[AGE], marks[NUMBER], numbers[SHARE]
+
+
+@leaf
+def spread(covariance: FloatArray, variance: FloatArray, first: int) -> None:
+    """Fill in a diagonal covariance ``(9,)``."""
+    for c in range(9):
+        covariance[c] = variance[first + c // 4] if c % 4 == 0 else 0.0
+
+
+@leaf
+def tell_nobody(first: int, last: int, told: Told) -> None:
+    """Fill in that slots hold nobody."""
+    for s in range(first, last):
+        told.seen[s], told.age[s], told.track[s], told.visible[s] = False, np.nan, -1, 0.0
+        told.range[s] = told.bearing[s] = told.heading[s] = np.nan
+        for c in range(9):
+            told.covariance[s, c] = np.nan

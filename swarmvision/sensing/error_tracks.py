@@ -8,119 +8,246 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.compiled import compiled
-from swarmvision.data import BoolArray, IntArray
+from swarmvision.compiled import leaf
+from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.track import OWN_PLACE
 from swarmvision.sensing.error_chance import bin_of
-from swarmvision.sensing.error_memory import GHOST, MEASURED, REMEMBERED, Minds, Slots
-from swarmvision.sensing.error_numbers import Tables, Told, spread
+from swarmvision.sensing.error_memory import (
+    AGE,
+    GHOST,
+    LASTING_HEADING,
+    MEASURED,
+    NUMBER,
+    REMEMBERED,
+    SHARE,
+    SPIN,
+    STATE,
+    VX,
+    VY,
+    WHO,
+    YAW,
+    Slots,
+    X,
+    Y,
+)
+from swarmvision.sensing.error_numbers import Told, spread, tell
+from swarmvision.sensing.error_rows import (
+    AS_TOLD,
+    BEARING,
+    CELL,
+    FOLLOWS,
+    FOUND,
+    HEADING,
+    PAST,
+    RANGE,
+    Observers,
+)
 from swarmvision.sensing.error_table import AGES, TURNS
-from swarmvision.trigonometry import direction, sine_cosine, wrapped
+from swarmvision.trigonometry import direction, wrapped
 
 CLOCK_SLACK = 1e-9  # s; sums of control periods are not exact
 ON, LEFT_BEHIND = 1, 2  # whether a slot's neighbour goes on in another, or leaves a ghost in it
 TURN_BINS = len(TURNS) + 1
 
 
-@compiled
-def carry_on(pose: FloatArray, way: FloatArray, passed: FloatArray, slots: Slots, minds: Minds) -> None:
-    """Move all that is believed on to now, by its own pace and by the observers' encoders.
+@leaf
+def carry_on(
+    first: int,
+    count: int,
+    slots: int,
+    passed: float,
+    pose: FloatArray,
+    observers: Observers,
+    held: Slots,
+) -> None:
+    """Move all that some robots believe on to now, by its own pace and by the observers' encoders.
 
     Args:
-        pose: Of the robots, ``(w, r, 3)``.
-        way: Forward way (m) and turn (rad) by their encoders since the start, ``(w, r, 2)``.
-        passed: Since the last call (s), ``(w,)``.
-        slots: Of the last call; places and paces go on.
-        minds: Of the observers; pose and way go on.
+        first: The first robot.
+        count: How many.
+        slots: How many each has.
+        passed: Since the last call (s).
+        pose: Of all robots, ``(o * 3,)``.
+        observers: These robots.
+        held: Slots of the last call; places and paces go on.
     """
-    used, place, pace = slots.used, slots.place, slots.pace
-    last, last_way = minds.pose, minds.way
-    for w in range(pose.shape[0]):
-        for i in range(pose.shape[1]):
-            forward, turn = way[w, i, 0] - last_way[w, i, 0], way[w, i, 1] - last_way[w, i, 1]
-            course = last[w, i, 2] + turn / 2.0
-            sin, cos = sine_cosine(course)
-            from_x, from_y = last[w, i, 0] + forward * cos, last[w, i, 1] + forward * sin
-            slip = wrapped(pose[w, i, 2] - last[w, i, 2] - turn)
-            sin, cos = sine_cosine(slip)
-            for n in range(used[w, i]):
-                x = place[w, i, n, 0] + passed[w] * pace[w, i, n, 0] - from_x
-                y = place[w, i, n, 1] + passed[w] * pace[w, i, n, 1] - from_y
-                place[w, i, n, 0] = pose[w, i, 0] + cos * x - sin * y
-                place[w, i, n, 1] = pose[w, i, 1] + sin * x + cos * y
-                place[w, i, n, 2] += passed[w] * pace[w, i, n, 2] + slip
-                x, y = pace[w, i, n, 0], pace[w, i, n, 1]
-                pace[w, i, n, 0], pace[w, i, n, 1] = cos * x - sin * y, sin * x + cos * y
-            for c in range(3):
-                last[w, i, c] = pose[w, i, c]
-            last_way[w, i, 0], last_way[w, i, 1] = way[w, i, 0], way[w, i, 1]
+    for b in range(count):
+        i = first + b
+        x, y, from_x, from_y = pose[3 * i], pose[3 * i + 1], observers.from_x[b], observers.from_y[b]
+        cos, sin, slip = observers.cosine[b], observers.sine[b], observers.slip[b]
+        for s in range(i * slots, i * slots + held.used[i]):
+            row = held.numbers[s]
+            vx, vy = row[VX], row[VY]
+            ahead, left = row[X] + passed * vx - from_x, row[Y] + passed * vy - from_y
+            row[X], row[Y] = x + cos * ahead - sin * left, y + sin * ahead + cos * left
+            row[YAW] += passed * row[SPIN] + slip
+            row[VX], row[VY] = cos * vx - sin * vy, sin * vx + cos * vy
 
 
-@compiled
-def unforeseen(spread: float, period: float, age: float) -> float:
-    """Return the variance that a random acceleration, constant in each period, gives to a place in a time."""
-    periods = max(age / period, 1.0)
-    return (spread * period * period) ** 2 * periods * (4.0 * periods * periods - 1.0) / 12.0
+@leaf
+def unforeseen(spread: float, period: float) -> float:
+    """Return the variance that a random acceleration gives to a place in a period (s), constant in it."""
+    return (spread * period * period) ** 2 / 4.0
 
 
-@compiled
-def remember(
-    pose: FloatArray,
-    exposed: BoolArray,
-    passed: FloatArray,
-    turn_rate: FloatArray,
-    span: float,
-    tables: Tables,
+@leaf
+def growth(periods: float) -> float:
+    """Return how many times that it is after so many periods, each with an acceleration of its own."""
+    return periods * (4.0 * periods * periods - 1.0) * (1.0 / 3.0)
+
+
+@leaf
+def link(
+    first: int,
+    count: int,
+    slots: int,
+    each: int,
+    who: IntArray,
+    held: Slots,
+    slot_of: IntArray,
+    past: IntArray,
+) -> None:
+    """Fill in which slot holds each candidate of some robots, -1 where none does.
+
+    Args:
+        first: The first robot.
+        count: How many, ``b``.
+        slots: How many each has.
+        each: How many candidates each has, ``m``.
+        who: Their numbers in their world, -1 for nobody, ``(b * m,)``.
+        held: Slots of the last call.
+        slot_of: All -1, and so again at the end, ``(r,)``.
+        past: Out, ``(m, b)``.
+    """
+    for b in range(count):
+        begin, used = (first + b) * slots, held.used[first + b]
+        for n in range(used):
+            mark = held.marks[begin + n]
+            if mark[WHO] >= 0 and mark[STATE] != GHOST:
+                slot_of[mark[WHO]] = n
+        for c in range(each):
+            j = who[b * each + c]
+            past[c, b] = slot_of[j] if j >= 0 else -1
+        for n in range(used):
+            j = held.marks[begin + n, WHO]
+            if j >= 0:
+                slot_of[j] = -1
+
+
+@leaf
+def take(
+    first: int,
+    robots: int,
+    slots: int,
+    each: int,
+    who: IntArray,
+    counts: IntArray,
+    some: FloatArray,
+    variance: FloatArray,
     old: Slots,
+    following: IntArray,
     gone: IntArray,
     new: Slots,
     told: Told,
 ) -> None:
-    """Keep, behind those who are measured, who is not and was not too long ago.
+    """Begin the slots of some robots with those who are measured, nearest first.
 
     Args:
-        pose: Of the robots, ``(w, r, 3)``.
-        exposed: Which worlds take a picture, ``(w,)``.
-        passed: Since the last call (s), ``(w,)``.
-        turn_rate: Of the robots (rad/s), ``(w, r)``.
+        first: The first robot.
+        robots: How many, ``b``.
+        slots: How many each has, ``k``.
+        each: How many candidates each has, ``m``.
+        who: Their numbers, ``(b * m,)``.
+        counts: The rows of :class:`Candidates` as measured, those of whole numbers, ``(4, m, b)``.
+        some: And the others, ``(13, m, b)``.
+        variance: Of measurements, as in :class:`Tables`.
+        old: Slots of the last call.
+        following: Numbers of the observers' next tracks, ``(o,)``; they go on.
+        gone: Out: which old slots are not to be remembered; 0 before, ``(b, k)``.
+        new: Out: slots of this call.
+        told: Out.
+    """
+    for b in range(robots):
+        i, count = first + b, 0
+        number = following[i]
+        for c in range(each):
+            if count == slots:
+                break
+            if counts[FOUND, c, b] == 0:
+                continue
+            s, past, follows = i * slots + count, counts[PAST, c, b], counts[FOLLOWS, c, b]
+            if past >= 0:
+                gone[b, past] = ON if follows else LEFT_BEHIND
+            marks, numbers = new.marks[s], new.numbers[s]
+            marks[WHO], marks[STATE] = who[b * each + c], MEASURED
+            marks[NUMBER] = old.marks[i * slots + past, NUMBER] if follows else number
+            number += 0 if follows else 1
+            numbers[AGE] = 0.0
+            for n in range(SHARE, LASTING_HEADING + 1):
+                numbers[n] = some[AS_TOLD - 1 + n, c, b]
+            tell(s, some[RANGE, c, b], some[BEARING, c, b], some[HEADING, c, b], marks, numbers, told)
+            spread(told.covariance[s], variance, 3 * counts[CELL, c, b])
+            count += 1
+        following[i], new.used[i] = number, count
+
+
+@leaf
+def remember(
+    i: int,
+    count: int,
+    slots: int,
+    pose: FloatArray,
+    exposed: bool,
+    passed: float,
+    turn: int,
+    span: float,
+    variance: FloatArray,
+    old: Slots,
+    gone: IntArray,
+    new: Slots,
+    told: Told,
+) -> int:
+    """Keep, behind those who are measured, who is not and was not too long ago; return how many all are.
+
+    Args:
+        i: The robot.
+        count: How many it measured.
+        slots: How many slots it has.
+        pose: Of all robots, ``(o * 3,)``.
+        exposed: Whether it takes a picture.
+        passed: Since the last call (s).
+        turn: Bin of its turn rate.
         span: How long is remembered (s).
-        tables: Of the errors.
+        variance: Of what is remembered, as in :class:`Tables`.
         old: Slots of the last call, after :func:`carry_on`.
-        gone: From :func:`measure`.
+        gone: From :func:`take`.
         new: Slots of this call; they go on.
         told: Out.
     """
-    variance = tables.aged_variance
-    old_used, old_who, old_state, old_age, old_visible, old_number, old_deviate, old_place, old_pace = old
-    used, who, state, age, visible, number, deviate, place, pace = new
-    told_range, told_bearing, told_heading, covariance = told
-    worlds, robots, slots = who.shape
-    for w in range(worlds):
-        for i in range(robots):
-            count = used[w, i]
-            for n in range(old_used[w, i]):
-                older = old_age[w, i, n] + passed[w]
-                if gone[w, i, n] == ON or older > span + CLOCK_SLACK or count == slots:
-                    continue
-                dx, dy = old_place[w, i, n, 0] - pose[w, i, 0], old_place[w, i, n, 1] - pose[w, i, 1]
-                gap = np.sqrt(dx * dx + dy * dy)
-                if gap <= OWN_PLACE:
-                    continue
-                now = old_state[w, i, n]
-                if gone[w, i, n] == LEFT_BEHIND:
-                    now = GHOST
-                elif exposed[w] and now == MEASURED:
-                    now = REMEMBERED
-                who[w, i, count], age[w, i, count], state[w, i, count] = old_who[w, i, n], older, now
-                visible[w, i, count], number[w, i, count] = old_visible[w, i, n], old_number[w, i, n]
-                for c in range(3):
-                    deviate[w, i, count, c] = old_deviate[w, i, n, c]
-                    place[w, i, count, c], pace[w, i, count, c] = old_place[w, i, n, c], old_pace[w, i, n, c]
-                told_range[w, i, count] = gap
-                told_bearing[w, i, count] = wrapped(direction(dy, dx) - pose[w, i, 2])
-                told_heading[w, i, count] = wrapped(old_place[w, i, n, 2] - pose[w, i, 2])
-                cell = bin_of(AGES, older) * TURN_BINS + bin_of(TURNS, abs(turn_rate[w, i]))
-                spread(covariance, w, i, count, variance, 3 * cell)
-                count += 1
-            used[w, i] = count
+    for n in range(old.used[i]):
+        if count == slots:
+            break
+        if gone[n] == ON:
+            continue
+        s, was, row = i * slots + count, old.marks[i * slots + n], old.numbers[i * slots + n]
+        older = row[AGE] + passed
+        if older > span + CLOCK_SLACK:
+            continue
+        dx, dy, yaw = row[X] - pose[3 * i], row[Y] - pose[3 * i + 1], pose[3 * i + 2]
+        gap = np.sqrt(dx * dx + dy * dy)
+        if gap <= OWN_PLACE:
+            continue
+        marks, numbers = new.marks[s], new.numbers[s]
+        marks[WHO], marks[STATE], marks[NUMBER] = was[WHO], was[STATE], was[NUMBER]
+        if gone[n] == LEFT_BEHIND:
+            marks[STATE] = GHOST
+        elif exposed and was[STATE] == MEASURED:
+            marks[STATE] = REMEMBERED
+        numbers[AGE] = older
+        for c in range(SHARE, LASTING_HEADING + 1):
+            numbers[c] = row[c]
+        tell(s, gap, wrapped(direction(dy, dx) - yaw), wrapped(row[YAW] - yaw), marks, numbers, told)
+        spread(told.covariance[s], variance, 3 * (bin_of(AGES, older) * TURN_BINS + turn))
+        count += 1
+    return count

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import leaf
 from swarmvision.config.camera import LENSES, RIGS
 from swarmvision.sensing.error_table import CUTS, VISIBLES
 from swarmvision.trigonometry import TO_INTEGER
@@ -24,7 +24,7 @@ INSIDE, HALF = 1.0, -0.25
 """How far inside a picture, in radii of the marker, it is whole, and where about half of it is out."""
 
 
-@compiled
+@leaf
 def view_of(distance: float, bearing: float, visible: float, radius: float) -> tuple[int, float]:
     """Return how a marker is seen, and on which side of its lens's axis it is.
 
@@ -43,10 +43,8 @@ def view_of(distance: float, bearing: float, visible: float, radius: float) -> t
     side = 1.0 if off >= 0.0 else -1.0
     view = 0
     for n in range(len(VISIBLES)):
-        view += visible >= VISIBLES[n]
-    if view == WHOLE:
-        angle = EDGE - side * off * APART  # 0.02 ... 0.47: two terms of its sine are enough
-        inside = (distance * (angle * (1.0 - angle * angle / 6.0)) - AHEAD * SINE_EDGE) / radius
-        view += inside < INSIDE
-        view += inside < HALF  # apart, for NumPy's truths add to one
-    return view, side
+        view += 1 if visible >= VISIBLES[n] else 0
+    angle = EDGE - side * off * APART  # 0.02 ... 0.47: two terms of its sine are enough
+    inside = distance * (angle * (1.0 - angle * angle * (1.0 / 6.0))) - AHEAD * SINE_EDGE
+    cut = (1 if inside < INSIDE * radius else 0) + (1 if inside < HALF * radius else 0)
+    return view + (cut if view == WHOLE else 0), side

@@ -94,12 +94,20 @@ def sight(
         Numbers, -1 where the slot is empty, ``(w, r, k)``; range, bearing, heading and visible fraction,
         nan where empty but for the fraction, which is 0 there, ``(w, r, k, 4)``.
     """
+    who, seen = looked(pose, objects, view, most, least)
+    return who, seen.transpose(1, 2, 3, 0)
+
+
+def looked(
+    pose: FloatArray, objects: FloatArray, view: View, most: int, least: float
+) -> tuple[IntArray, FloatArray]:
+    """Return the same as :func:`sight`, but range, bearing and so on come first, ``(4, w, r, k)``."""
     shape = (*pose.shape[:2], most)
     who, seen = recycling.empty(shape, np.int64), recycling.empty((4, *shape))
     look = look_abreast if pose.shape[1] <= ABREAST_ROBOTS else look_in_turn
     limits = (view.reach, view.limit, view.radius, view.occlusion, view.ahead, least)
     look(pose, objects, limits, view.things, most, who.reshape(-1), seen.reshape(4, -1))
-    return who, seen.transpose(1, 2, 3, 0)
+    return who, seen
 
 
 def truth_estimates(who: IntArray, seen: FloatArray, kind: IntArray | None = None) -> Estimates:

@@ -1,0 +1,74 @@
+"""What is an observer's own in a picture: its chance, what its errors have in common, its encoders."""
+
+from __future__ import annotations
+
+from swarmvision.compiled import apart
+from swarmvision.geometry import FloatArray
+from swarmvision.sensing.error_chance import bin_of, entry, mixed, of_other, of_picture, share
+from swarmvision.sensing.error_memory import NOBODY, PHANTOM, Keys
+from swarmvision.sensing.error_numbers import Tables
+from swarmvision.sensing.error_rows import Observers
+from swarmvision.sensing.error_table import TURNS
+from swarmvision.trigonometry import sine_cosine, wrapped
+
+
+@apart
+def look_round(
+    count: int,
+    now: bool,
+    likely: float,
+    pose: FloatArray,
+    turn_rate: FloatArray,
+    way: FloatArray,
+    tables: Tables,
+    keys: Keys,
+    common: FloatArray,
+    last: FloatArray,
+    last_way: FloatArray,
+    some: Observers,
+) -> None:
+    """Fill in some observers, and let their minds go on.
+
+    Args:
+        count: How many, ``b``.
+        now: Whether they take a picture.
+        likely: Chance of a phantom in a picture.
+        pose: Of these robots, ``(b * 3,)``.
+        turn_rate: Of these (rad/s), ``(b,)``.
+        way: Forward way (m) and turn (rad) by their encoders since the start, ``(b * 2,)``.
+        tables: Of the errors.
+        keys: As in :class:`swarmvision.sensing.error_memory.Minds`, of these robots.
+        common: Likewise, in and out.
+        last: Pose, likewise.
+        last_way: Likewise.
+        some: In, home and picture; out, all else.
+    """
+    normals, weights = tables.normals, tables.weights
+    for b in range(count):
+        seed, turn, begun = of_picture(keys[b], some.picture[b]), turn_rate[b], some.picture[b] > 0
+        # Tables are of left turns; what lasts is kept as it is, for an error outlives a turn's change.
+        side = 1.0 if turn >= 0.0 else -1.0
+        some.seed[b], some.side[b], some.turn[b] = seed, side, bin_of(TURNS, abs(turn))
+        some.odd[b] = 1 if share(of_other(seed, PHANTOM)) < likely else 0
+        bits = of_other(seed, NOBODY)
+        z0, z1, z2 = normals[entry(bits, 0)], side * normals[entry(bits, 1)], side * normals[entry(bits, 2)]
+        was0, was1, was2 = common[3 * b], common[3 * b + 1], common[3 * b + 2]
+        z0 = weights[0] * was0 + weights[1] * z0 if begun else z0
+        z1 = weights[6] * was1 + weights[7] * z1 if begun else z1
+        z2 = weights[12] * was2 + weights[13] * z2 if begun else z2
+        common[3 * b], common[3 * b + 1] = z0 if now else was0, z1 if now else was1
+        common[3 * b + 2] = z2 if now else was2
+        bits = mixed(bits)
+        some.shared_range[b] = weights[4] * z0 + weights[5] * normals[entry(bits, 0)]
+        some.shared_bearing[b] = weights[10] * z1 + weights[11] * side * normals[entry(bits, 1)]
+        some.shared_heading[b] = weights[16] * z2 + weights[17] * side * normals[entry(bits, 2)]
+
+        forward, turned = way[2 * b] - last_way[2 * b], way[2 * b + 1] - last_way[2 * b + 1]
+        x, y, yaw = last[3 * b], last[3 * b + 1], last[3 * b + 2]
+        sine, cosine = sine_cosine(yaw + turned / 2.0)
+        some.from_x[b], some.from_y[b] = x + forward * cosine, y + forward * sine
+        slip = wrapped(pose[3 * b + 2] - yaw - turned)
+        some.slip[b] = slip
+        some.sine[b], some.cosine[b] = sine_cosine(slip)
+        last[3 * b], last[3 * b + 1], last[3 * b + 2] = pose[3 * b], pose[3 * b + 1], pose[3 * b + 2]
+        last_way[2 * b], last_way[2 * b + 1] = way[2 * b], way[2 * b + 1]
