@@ -49,6 +49,15 @@ def apart(function: Function) -> Function:
     return _compiled(function, apart=True, _nrt=False)
 
 
+def inner(function: Function) -> Function:
+    """Return the same as :func:`apart` of a function that becomes part of all that calls it.
+
+    A large one is not taken in by itself, and handing over an array costs some ns. Each place that calls it
+    is compiled with it.
+    """
+    return _compiled(function, apart=True, _nrt=False, forceinline=True)
+
+
 def _compiled(function: Function, *, apart: bool = False, **options: Any) -> Function:
     if not HAS_NUMBA:
         return function
