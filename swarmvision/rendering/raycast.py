@@ -25,16 +25,11 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.appearance import Appearance
-from swarmvision.rendering.columns import (
-    NEAREST,
-    box_hit,
-    box_reach,
-    box_sheet,
-    circle_hit,
-    circle_reach,
-    cylinder_sheet,
-)
-from swarmvision.rendering.painting import NEAR, RISE, Singles, paint_sheet
+from swarmvision.rendering.boxes import box_hit, box_reach, box_sheet
+from swarmvision.rendering.columns import NEAREST
+from swarmvision.rendering.cylinders import circle_hit, circle_reach, cylinder_sheet
+from swarmvision.rendering.painting import paint_sheet
+from swarmvision.rendering.sheet import NEAR, RISE, Singles
 from swarmvision.rendering.stage import (
     BODY,
     BOX,
@@ -151,7 +146,7 @@ def draw(
     used = _cull(width, lens_pose, robots, observer, objects, stage, scratch.solids, scratch.parts)
     _sort(used, view, scratch.solids, scratch.order)
     _hide(used, stage, scratch)
-    # All in one loop, for functions that take arrays have to be few, see painting.
+    # All in one loop, for handing over the arrays of a sheet at several places costs compile time.
     for j in range(-1, used):
         if j < 0:
             solid[X] = -cos * lens_pose[0] - sin * lens_pose[1]
@@ -228,14 +223,14 @@ def draw(
                     kind == BOX,
                     view[2],
                     stage.colours[part],
+                    stage.pigments[part],
                     scratch.plan,
                     scratch.profile,
                     scratch.rows,
                     scratch.lights,
                     scratch.inks,
+                    scratch.pixels,
                     scratch.spans,
-                    stage.decode,
-                    stage.encode,
                 )
             part += 1
 

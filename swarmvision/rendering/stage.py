@@ -15,7 +15,8 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.rendering.appearance import Appearance
-from swarmvision.rendering.painting import DECODE, ENCODE, LANES, PLAN, PROFILE, Singles, room
+from swarmvision.rendering.ink import pigments
+from swarmvision.rendering.sheet import LANES, PLAN, PROFILE, Pixels, Singles, room
 
 Image = NDArray[np.uint8]
 Places = NDArray[np.int64]
@@ -43,14 +44,12 @@ class Stage(NamedTuple):
     """Of the edges of each part's bands above the ground, from the top down (m)."""
     colours: FloatArray
     """Linear light of each part's bands, the patterned one in three, ``(parts, bands, 3)``."""
+    pigments: Singles
+    """The same as pigments, see :mod:`swarmvision.rendering.ink`, ``(parts, bands, 3, 3)``."""
     knots: FloatArray
     """Of the marker's pattern, heights above the ground."""
     backdrop: Image
     """A row of what is beyond the walls and one of floor, ``(2, 3 w)``."""
-    decode: Singles
-    """sRGB to light."""
-    encode: Image
-    """Light to sRGB."""
 
     @classmethod
     def of(cls, lens: Lens, robot: RobotConfig, arena: ArenaConfig, look: Appearance) -> Stage:
@@ -77,10 +76,9 @@ class Stage(NamedTuple):
             sizes=np.array([part.size for part in parts]),
             heights=heights,
             colours=colours,
+            pigments=pigments(colours),
             knots=_knots(marker),
             backdrop=np.stack([_row(look.beyond, lens.width_px), _row(look.floor, lens.width_px)]),
-            decode=DECODE,
-            encode=ENCODE,
         )
 
 
@@ -89,11 +87,12 @@ class Scratch(NamedTuple):
 
     profile: Singles
     plan: Singles
-    azimuths: FloatArray
+    azimuths: Singles
     """A sheet."""
     rows: Singles
     lights: Singles
     inks: Image
+    pixels: Pixels
     spans: Places
     """A block of its columns."""
     light: FloatArray
@@ -121,10 +120,11 @@ class Scratch(NamedTuple):
         return cls(
             profile=np.zeros((PROFILE, room(w)), dtype=np.float32),
             plan=np.zeros((PLAN, spans + 1), dtype=np.float32),
-            azimuths=np.zeros(room(w)),
+            azimuths=np.zeros(room(w), dtype=np.float32),
             rows=np.zeros((2 * spans + 2, room(w)), dtype=np.float32),
-            lights=np.zeros((spans + 3, 3 * LANES), dtype=np.float32),
-            inks=np.zeros((spans + 3, 3 * LANES), dtype=np.uint8),
+            lights=np.zeros((spans + 1, 3, LANES), dtype=np.float32),
+            inks=np.zeros((spans, 3 * LANES), dtype=np.uint8),
+            pixels=np.zeros(LANES, dtype=np.int32),
             spans=np.zeros((spans + 1, 2), dtype=np.int64),
             light=np.zeros(5),
             solid=np.zeros(5),
