@@ -143,7 +143,11 @@ def paint_block(
                 _mix_three(k, under, o, bottom, profile, rows, lights, pixels)
             else:
                 _mix_many(k, last, bands, o, bottom, profile, rows, lights, pixels)
-            _put_pixels(image, y, place, pixels, count)
+            if count == LANES:
+                _put_pixels(image, y, place, pixels, LANES)
+            else:
+                _put_pixels(inks, bands, 0, pixels, LANES)
+                _copy_rows(image, y, y + 1, place, 3 * count, inks, bands)
             y += 1
         if k < bands and y < spans[k + 1, 0]:
             _copy_rows(image, y, spans[k + 1, 0], place, 3 * count, inks, k)
@@ -282,7 +286,11 @@ def _copy_rows(image: Image, start: int, stop: int, place: int, size: int, inks:
 
 @inner
 def _put_pixels(image: Image, y: int, x: int, pixels: Pixels, count: int) -> None:
-    """Write so many pixels; each but the last with a byte of the next, for four bytes are one store."""
+    """Write so many pixels; each but the last with a byte of the next, for four bytes are one store.
+
+    The number is always ``LANES``, but where the compiler knows it at once it stores single bytes, and where
+    it never does, it scatters.
+    """
     for i in range(count - 1):
         pixel, at = pixels[i], x + 3 * i
         image[y, at], image[y, at + 1] = np.uint8(pixel), np.uint8(pixel >> 8)

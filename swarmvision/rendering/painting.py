@@ -72,7 +72,7 @@ def paint_sheet(
         rows: Of each edge the row in the first part of each column, and in the second; those of the pattern
             are known, the others are filled in.
         lights: Scratch, light of what is under a block and of its bands.
-        inks: Scratch, sRGB of the bands.
+        inks: Scratch, sRGB of the bands, and one row more.
         pixels: Scratch, a row of a block.
         spans: Scratch, for each edge the rows that it crosses.
     """

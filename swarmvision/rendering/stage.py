@@ -123,7 +123,7 @@ class Scratch(NamedTuple):
             azimuths=np.zeros(room(w), dtype=np.float32),
             rows=np.zeros((2 * spans + 2, room(w)), dtype=np.float32),
             lights=np.zeros((spans + 1, 3, LANES), dtype=np.float32),
-            inks=np.zeros((spans, 3 * LANES), dtype=np.uint8),
+            inks=np.zeros((spans + 1, 3 * LANES), dtype=np.uint8),
             pixels=np.zeros(LANES, dtype=np.int32),
             spans=np.zeros((spans + 1, 2), dtype=np.int64),
             light=np.zeros(5),
