@@ -15,7 +15,6 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision import recycling
 from swarmvision.errors import DataError
 from swarmvision.geometry import FloatArray, cartesian
 
@@ -73,6 +72,12 @@ def _neutral(shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
     for array in arrays.values():
         array.setflags(write=False)
     return arrays
+
+
+@lru_cache(maxsize=16)
+def _untold(shape: tuple[int, ...]) -> IntArray:
+    """Return the kinds of neighbours whose kind is not told."""
+    return np.full(shape, -1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -211,8 +216,7 @@ class Estimates:
                 object.__setattr__(given, "frame", value or "robot")
                 continue
             if value is None and field.name == "kind":
-                value = recycling.empty(shape, np.int64)
-                value.fill(-1)
+                value = _untold(shape)
             wanted = (*shape, 3, 3) if field.name == "covariance" else shape
             dtype = _DTYPES.get(field.name, np.dtype(np.float64))
             if value is None or value.shape != wanted or value.dtype != dtype:

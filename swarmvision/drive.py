@@ -86,6 +86,12 @@ class Drive:
 
 
 @leaf
+def over_ground(left: float, right: float, track: float, slip: float) -> tuple[float, float]:
+    """Return forward speed and turn rate by those of the tracks, as :meth:`Drive.twist`; or way and turn."""
+    return (left + right) / 2.0, (right - left) / track * (1.0 - slip)
+
+
+@leaf
 def run_tracks(
     speed: FloatArray,
     turn_rate: FloatArray,
@@ -129,7 +135,7 @@ def run_tracks(
             wanted_left, wanted_right = (speed[n] - half) * scale, (speed[n] + half) * scale
             now_left = wanted_left + (left[n] - wanted_left) * share
             now_right = wanted_right + (right[n] - wanted_right) * share
-            fast[n], turned[n] = (now_left + now_right) / 2.0, (now_right - now_left) / track * (1.0 - slip)
+            fast[n], turned[n] = over_ground(now_left, now_right, track, slip)
             # The way is the trapezoid under the speeds; it is summed before the speeds are replaced.
             weight = dt if s < last else dt / 2.0
             left_way[n] += now_left * weight + (left[n] * dt / 2.0 if s == 0 else 0.0)

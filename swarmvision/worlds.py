@@ -31,7 +31,6 @@ from swarmvision.sensing.error_model import (
     exposures_until,
     observer_keys,
     slots_of,
-    way_of,
 )
 from swarmvision.sensing.registry import has_own_way
 from swarmvision.sensing.sight import View
@@ -158,7 +157,7 @@ class Worlds:
         r = self._robots
         things = self._columns(slice(X, ANGLE + 1), slice(r, None))
         turn_rate = np.ascontiguousarray(self._state[SPIN, :, :r])
-        return self._look.sense(self.pose, turn_rate, self.wheel_travel, things, self.time)
+        return self._look.sense(self.pose, turn_rate, self._travel, things, self.time)
 
     def feel(self, estimates: Estimates) -> Senses:
         """Return all that the robots know now: what they see of each other, and their own motion."""
@@ -238,7 +237,7 @@ class _Look:
         config, r = scenario.sensor, scenario.robots
         self._rate, self._robots = scenario.control_hz, r
         if isinstance(config, ErrorModelSensorConfig):
-            self._rate, self._drive = config.rate_hz, Drive.from_config(scenario.robot)
+            self._rate = config.rate_hz
             self._model = error_model(config, scenario.robot, scenario.arena)
             self._memory = ErrorMemory.blank(np.zeros((worlds, r), np.uint64), slots_of(config, r))
             self._exposures, self._time = np.zeros(worlds, np.int64), np.zeros(worlds)
@@ -262,7 +261,7 @@ class _Look:
         self,
         pose: FloatArray,
         turn_rate: FloatArray,
-        wheel_travel: FloatArray,
+        travel: FloatArray,
         objects: FloatArray,
         time: FloatArray,
     ) -> Estimates:
@@ -271,9 +270,8 @@ class _Look:
         due = exposures_until(time, self._rate)
         exposed, passed = due > self._exposures, time - self._time
         self._exposures, self._time = due, time.copy()
-        return self._model.believe(
-            pose, turn_rate, way_of(wheel_travel, self._drive), objects, self._memory, exposed, passed
-        )
+        told = self._model.believe(pose, turn_rate, travel, objects, self._memory, exposed, passed)
+        return told.estimates((*turn_rate.shape, self._memory.each))
 
 
 def _law_keys(seeds: IntArray, robots: int) -> NDArray[np.uint64]:

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.compiled import compiled, leaf
+from swarmvision.compiled import apart, compiled, leaf
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.shadows import (
     arc_sine,
     half_width,
     marker_shadows,
-    may_hide,
     share_in_sight,
     thing_shadows,
 )
@@ -47,12 +46,9 @@ def look_abreast(
     reach, limit, radius, occlusion, ahead, least = view
     worlds, r = pose.shape[0], pose.shape[1]
     robot, other = np.empty((r, 5, ABREAST)), np.empty((r, 7, ABREAST))
-    close, counts, rank = (
-        np.empty(ABREAST, np.int64),
-        np.empty((r, ABREAST), np.int64),
-        np.empty((r, ABREAST), np.int64),
-    )
-    hiders, spot, bits = np.empty((3, ROOM)), np.empty(ROOM, np.int64), np.empty(ROOM, np.int64)
+    close, counts = np.empty((r, ABREAST), np.int64), np.empty((r, ABREAST), np.int64)
+    rank = np.empty((r, ABREAST), np.int64)
+    hiders, spot, bits = np.zeros((3, ROOM)), np.empty(ROOM, np.int64), np.empty(ROOM, np.int64)
     dark = np.empty((r, ABREAST), np.int64)
     for first in range(0, worlds, ABREAST):
         lanes = min(ABREAST, worlds - first)
@@ -60,9 +56,9 @@ def look_abreast(
         for me in range(r):
             measure_all(me, lanes, radius, ahead, robot, other)
             if occlusion:
-                compare_all(me, lanes, radius, ahead, other, close)
+                compare_all(me, lanes, reach, radius, ahead, other, close)
                 dark[:] = 0
-                hide(me, lanes, close, other, reach, radius, ahead, hiders, spot, bits, dark)
+                hide(me, lanes, close, other, radius, ahead, hiders, spot, bits, dark)
                 if len(things) > 0:
                     hide_behind_things(me, lanes, robot, other, reach, ahead, objects[first:], things, dark)
             # Here, where the arrays are made and known to be apart: elsewhere these loops are no vector code.
@@ -87,14 +83,16 @@ def measure_all(
             measure(robot[me], robot[j], lanes, radius, ahead, other[j])
 
 
-@leaf
-def compare_all(me: int, lanes: int, radius: float, ahead: float, other: FloatArray, close: IntArray) -> None:
-    """Fill in the bits of the neighbours of which others may hide some."""
+@apart
+def compare_all(
+    me: int, lanes: int, reach: float, radius: float, ahead: float, other: FloatArray, close: IntArray
+) -> None:
+    """Fill in, for each neighbour, the bits of those before it by number that it may hide, or they it."""
     close[:] = 0
     for j in range(len(other)):
         for k in range(j):
             if me not in (j, k):
-                compare(other[k], other[j], 1 << k, 1 << j, lanes, radius, ahead, close)
+                compare(other[k], other[j], 1 << k, lanes, reach, radius, ahead, close[j])
 
 
 @leaf
@@ -129,14 +127,14 @@ def measure(
 def compare(
     one: FloatArray,
     two: FloatArray,
-    bit_one: int,
-    bit_two: int,
+    bit: int,
     lanes: int,
+    reach: float,
     radius: float,
     ahead: float,
     close: IntArray,
 ) -> None:
-    """Set the bit of the farther of two markers where the nearer may hide some of it."""
+    """Set a bit where the nearer of two markers may hide some of the farther, if that is within reach."""
     x1, y1, gap1, size1 = one[DX], one[DY], one[GAP], one[SIZE]
     x2, y2, gap2, size2 = two[DX], two[DY], two[GAP], two[SIZE]
     for w in range(lanes):
@@ -148,8 +146,7 @@ def compare(
         along = x1[w] * x2[w] + y1[w] * y2[w]
         wide = far * (radius + size * (near + ahead))
         meet = ((across < wide) & (along > far * (ahead - 2.0 * radius))) | (size >= 0.5)
-        bit = bit_one if behind else bit_two
-        close[w] |= bit if meet else 0
+        close[w] |= bit if meet & (near < far) & (far <= reach) else 0
 
 
 @leaf
@@ -158,7 +155,6 @@ def hide(
     lanes: int,
     close: IntArray,
     other: FloatArray,
-    reach: float,
     radius: float,
     ahead: float,
     hiders: FloatArray,
@@ -166,14 +162,13 @@ def hide(
     bits: IntArray,
     dark: IntArray,
 ) -> None:
-    """Fill in how much markers leave in sight of those whose bits are set.
+    """Fill in how much markers leave in sight of those that are near others in bearing.
 
     Args:
         me: The observer.
         lanes: How many worlds.
-        close: From :func:`compare`, shape ``(lanes,)``.
+        close: From :func:`compare_all`, shape ``(r, lanes)``.
         other: In and out, shape ``(r, 7, lanes)``.
-        reach: What is farther is not looked at (m).
         radius: Of all markers (m).
         ahead: Of the eye (m).
         hiders: Room to work in, shape ``(3, ROOM)``.
@@ -181,27 +176,26 @@ def hide(
         bits: Likewise.
         dark: Out: rays that are covered, of those that are near another, ``(r, lanes)``.
     """
-    r, some = len(other), 0
-    for w in range(lanes):
-        if close[w] == 0:
-            continue
-        for j in range(r):
-            gap = other[j, GAP, w]
-            if (close[w] >> j) & 1 == 0 or gap > reach:
+    some = 0
+    for j in range(len(other)):
+        for w in range(lanes):
+            if close[j, w] == 0:
                 continue
-            if some + r > ROOM:
+            if some + j > ROOM:
                 darken(some, other, radius, hiders, spot, bits, dark)
                 some = 0
-            far, size = max(gap, 1e-9), other[j, SIZE, w]
-            ux, uy = other[j, DX, w] / far, other[j, DY, w] / far
-            for k in range(r):
-                near = other[k, GAP, w]
-                along = other[k, DX, w] * ux + other[k, DY, w] * uy - ahead
-                across = other[k, DX, w] * uy - other[k, DY, w] * ux
-                hiders[0, some], hiders[1, some], hiders[2, some] = across, along, size
-                spot[some] = j * ABREAST + w
-                counts = (k != me) & (k != j) & (near < gap)
-                some += 1 if counts & may_hide(across, along, near + ahead, size, radius) else 0
+            for k in range(j):
+                if (close[j, w] >> k) & 1 == 0:
+                    continue
+                behind = other[k, GAP, w] > other[j, GAP, w]
+                far, near = (k, j) if behind else (j, k)
+                per_gap = 1.0 / max(other[far, GAP, w], 1e-9)
+                ux, uy = other[far, DX, w] * per_gap, other[far, DY, w] * per_gap
+                hiders[0, some] = other[near, DX, w] * uy - other[near, DY, w] * ux
+                hiders[1, some] = other[near, DX, w] * ux + other[near, DY, w] * uy - ahead
+                hiders[2, some] = other[far, SIZE, w]
+                spot[some] = far * ABREAST + w
+                some += 1
     darken(some, other, radius, hiders, spot, bits, dark)
 
 

@@ -7,7 +7,6 @@ track anew, and one beyond a robot's size begins another and leaves the old one 
 from __future__ import annotations
 
 from swarmvision.compiled import apart, leaf
-from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.planar import NEAREST_AXES
 from swarmvision.sensing.error_chance import QUANTILES, entry, mixed, of_other, picked, share
@@ -50,14 +49,11 @@ def range_bin(distance: float) -> int:
 @apart
 def measure(
     first: int,
-    begin: int,
     count: int,
     each: int,
     slots: int,
     pose: FloatArray,
     passed: float,
-    who: IntArray,
-    sight: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     limits: tuple[float, float, float],
     tables: Tables,
     observers: Observers,
@@ -68,22 +64,18 @@ def measure(
 
     Args:
         first: The first observer's number among all robots.
-        begin: And among those that take a picture.
         count: Of the observers.
         each: How many candidates each has, ``m``.
         slots: How many slots, ``k``.
         pose: Of all robots, ``(o * 3,)``.
         passed: Since the last call (s).
-        who: The candidates' numbers in their world, -1 for nobody, of all that take a picture, ``(x * m,)``.
-        sight: Their true range (m), bearing in -2 pi ... 2 pi and heading (rad), visible fraction, likewise.
         limits: Reach, beyond which estimates are dropped (m), time between pictures (s), markers' radius (m).
         tables: Of the errors.
         observers: Of these robots.
         old: Slots of the last call, after :func:`swarmvision.sensing.error_tracks.carry_on`.
-        some: In and out.
+        some: In, from :func:`swarmvision.sensing.error_tracks.link`; out.
     """
     reach, period, radius = limits
-    gaps, bearings, headings, visibles = sight
     chance, fresh, variance, grip = tables.chance, tables.fresh, tables.variance, tables.grip
     normals, weights, marks, held = tables.normals, tables.weights, old.marks, old.numbers
     keep0, renew0, last0, once0 = weights[0], weights[1], weights[2], weights[3]
@@ -93,9 +85,8 @@ def measure(
     soon, rate = 1.5 * period, 1.0 / period
     for c in range(each):
         for b in range(count):
-            n, i = (begin + b) * each + c, first + b
-            j, gap, bearing, visible = who[n], gaps[n], bearings[n], visibles[n]
-            past = some.past[c, b]
+            i, j, past = first + b, some.who[c, b], some.past[c, b]
+            gap, bearing, visible = some.range[c, b], some.bearing[c, b], some.share[c, b]
             has, track = past >= 0, i * slots + max(past, 0)
             view, side = view_of(gap, bearing, visible, radius)
             sign = side if view > WHOLE else observers.side[b]
@@ -119,8 +110,7 @@ def measure(
             z = sign * (last1 * z1 + observers.shared_bearing[b]) + once1 * normals[entry(bits, 1)]
             off = sign * picked(fresh, row + QUANTILES, z)
             z = sign * (last2 * z2 + observers.shared_heading[b]) + once2 * normals[entry(bits, 2)]
-            facing = headings[n] + sign * picked(fresh, row + 2 * QUANTILES, z)
-            some.share[c, b] = visible
+            facing = some.heading[c, b] + sign * picked(fresh, row + 2 * QUANTILES, z)
             some.found[c, b], some.cell[c, b] = 1 if found & (away <= reach) else 0, cell
             some.range[c, b], some.bearing[c, b], some.heading[c, b] = (
                 away,
@@ -129,10 +119,10 @@ def measure(
             )
 
             # Where it is believed to be: errors of bearing are small enough to go straight aside.
-            along, my_x, my_y, there = away / max(gap, NEAREST), pose[3 * i], pose[3 * i + 1], 3 * max(j, 0)
+            along, my_x, my_y, there = away / max(gap, NEAREST), observers.x[b], observers.y[b], 3 * max(j, 0)
             there += 3 * observers.home[b]
             dx, dy = along * (pose[there] - my_x), along * (pose[there + 1] - my_y)
-            x, y, yaw = my_x + dx - off * dy, my_y + dy + off * dx, pose[3 * i + 2] + facing
+            x, y, yaw = my_x + dx - off * dy, my_y + dy + off * dx, observers.yaw[b] + facing
             some.x[c, b], some.y[c, b], some.yaw[c, b] = x, y, yaw
             dx, dy = x - held[track, X], y - held[track, Y]
             turned = wrapped(yaw - held[track, YAW])

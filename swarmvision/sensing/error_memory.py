@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmvision.compiled import compiled
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 
@@ -43,20 +44,44 @@ class Slots(NamedTuple):
 
 
 class Minds(NamedTuple):
-    """What is an observer's own, whomever it sees."""
+    """What is an observer's own, whomever it sees, ``(o,)`` each but for ``picture``."""
 
-    common: FloatArray
-    """Lasting deviates that all of an observer's neighbours share, ``(o * 3,)``."""
-    pose: FloatArray
-    """True pose at the last call, ``(o * 3,)``."""
-    way: FloatArray
-    """Forward way (m) and turn (rad) by the encoders until then, ``(o * 2,)``."""
+    common_range: FloatArray
+    """Lasting deviates that all of an observer's neighbours share."""
+    common_bearing: FloatArray
+    common_heading: FloatArray
+    x: FloatArray
+    """True pose at the last call (m, m, rad)."""
+    y: FloatArray
+    yaw: FloatArray
+    forward: FloatArray
+    """Way by the encoders until then (m)."""
+    turn: FloatArray
+    """And turn (rad)."""
     following: IntArray
-    """Number of the observer's next track, ``(o,)``."""
+    """Number of the observer's next track."""
+    keys: Keys
+    """Of the observers' chance."""
     picture: IntArray
     """Number of the next picture, ``(w,)``."""
-    keys: Keys
-    """Of the observers' chance, ``(o,)``."""
+
+
+@compiled
+def minds_from(minds: Minds, first: int) -> Minds:
+    """Return the minds of the observers from some robot on."""
+    return Minds(
+        minds.common_range[first:],
+        minds.common_bearing[first:],
+        minds.common_heading[first:],
+        minds.x[first:],
+        minds.y[first:],
+        minds.yaw[first:],
+        minds.forward[first:],
+        minds.turn[first:],
+        minds.following[first:],
+        minds.keys[first:],
+        minds.picture,
+    )
 
 
 @dataclass(eq=False, slots=True)
@@ -76,13 +101,20 @@ class ErrorMemory:
     def blank(cls, keys: Keys, slots: int) -> ErrorMemory:
         """Return the memory of robots that have seen nothing, from their keys ``(w, r)``."""
         robots = keys.size
+        n = np.zeros((8, robots))
+        following, picture = np.zeros(robots, np.int64), np.zeros(len(keys), np.int64)
         minds = Minds(
-            common=np.zeros(robots * 3),
-            pose=np.zeros(robots * 3),
-            way=np.zeros(robots * 2),
-            following=np.zeros(robots, np.int64),
-            picture=np.zeros(len(keys), np.int64),
-            keys=keys.astype(np.uint64).reshape(-1),
+            n[0],
+            n[1],
+            n[2],
+            n[3],
+            n[4],
+            n[5],
+            n[6],
+            n[7],
+            following,
+            keys.astype(np.uint64).reshape(-1),
+            picture,
         )
         return cls(Slots.of(robots, slots), Slots.of(robots, slots), minds, slots)
 
@@ -90,7 +122,8 @@ class ErrorMemory:
         """Begin anew in one world, with other keys ``(r,)``."""
         robots = slice(world * len(keys), (world + 1) * len(keys))
         self.slots.used[robots] = self.minds.following[robots] = self.minds.picture[world] = 0
-        self.minds.common.reshape(-1, 3)[robots] = 0.0
+        for common in self.minds[:3]:
+            common[robots] = 0.0
         self.minds.keys[robots] = keys
 
     def exchange(self) -> None:

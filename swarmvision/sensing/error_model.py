@@ -44,16 +44,18 @@ SLOTS_EACH = 2  # where the slots are not limited: one for everybody, and as man
 class ErrorModel:
     """Draws estimates for every robot of every world."""
 
-    def __init__(self, table: ErrorTable, view: View, memory: float, period: float) -> None:
+    def __init__(self, table: ErrorTable, view: View, drive: Drive, memory: float, period: float) -> None:
         """Prepare the tables.
 
         Args:
             table: Of the errors.
             view: Reach, field of view and what hides.
+            drive: Of the robots, whose encoders tell their way.
             memory: How long a neighbour that is not measured is remembered (s).
             period: Between pictures (s).
         """
         self._tables = Tables.of(table, normal_table(), period)
+        self._drive = drive.track, drive.turn_slip
         self._chances = memory, float(table.phantom[0])
         self._limits = view.reach, period, view.radius
         self._view = replace(view, reach=view.reach * MARGIN)
@@ -62,25 +64,25 @@ class ErrorModel:
         self,
         pose: FloatArray,
         turn_rate: FloatArray,
-        way: FloatArray,
+        travel: FloatArray,
         objects: FloatArray,
         memory: ErrorMemory,
         exposed: BoolArray,
         passed: FloatArray,
-    ) -> Estimates:
+    ) -> Told:
         """Return what the robots believe now; their memory goes on.
 
         Args:
             pose: Shape ``(w, r, 3)``.
             turn_rate: Of the robots (rad/s), shape ``(w, r)``.
-            way: Forward way (m) and turn (rad) by their encoders since the start, shape ``(w, r, 2)``.
+            travel: Way of their left and right tracks by the encoders since the start (m), ``(2, w, r)``.
             objects: Poses, shape ``(w, m, 3)``.
             memory: Of the worlds.
             exposed: Whether a picture has been taken since the last call, shape ``(w,)``.
             passed: Time since the last call (s), shape ``(w,)``.
 
         Returns:
-            Measured neighbours first, nearest first, shape ``(w, r, k)``.
+            Measured neighbours first, nearest first, for estimates of shape ``(w, r, k)``.
         """
         worlds, robots = turn_rate.shape
         slots = memory.each
@@ -95,7 +97,8 @@ class ErrorModel:
                 most,
                 pose.reshape(-1),
                 turn_rate.reshape(-1),
-                way.reshape(-1),
+                travel.reshape(2, -1),
+                self._drive,
                 who.reshape(-1),
                 found.reshape(4, -1),
                 exposed,
@@ -109,7 +112,7 @@ class ErrorModel:
                 told,
             )
         memory.exchange()
-        return told.estimates((worlds, robots, slots))
+        return told
 
 
 class ErrorModelSensor:
@@ -129,7 +132,7 @@ class ErrorModelSensor:
             robots: How many.
             seed: Of the run.
         """
-        self._rate, self._drive = config.rate_hz, Drive.from_config(robot)
+        self._rate = config.rate_hz
         self._model = error_model(config, robot, arena)
         self._memory = ErrorMemory.blank(observer_keys(seed, robots)[None], slots_of(config, robots))
         self._exposures = 0
@@ -140,28 +143,23 @@ class ErrorModelSensor:
         # Of several pictures since the last call the newest counts.
         due = int(exposures_until(np.asarray(scene.time), self._rate))
         passed = 0.0 if self._time is None else scene.time - self._time
-        estimates = self._model.believe(
+        told = self._model.believe(
             scene.pose[None],
             scene.velocity[None, :, 2],
-            way_of(scene.wheel_travel[None], self._drive),
+            scene.wheel_travel.T[:, None],
             scene.object_pose[None],
             self._memory,
             np.array([due > self._exposures]),
             np.array([passed]),
         )
         self._exposures, self._time = due, scene.time
-        return estimates.select(0)
+        return told.estimates((scene.robots, self._memory.each))
 
 
 def error_model(config: ErrorModelSensorConfig, robot: RobotConfig, arena: ArenaConfig) -> ErrorModel:
     """Return the model of a configured sensor, with the tables that ship with the package."""
     view = camera_view(robot, arena, config.reach, np.radians(config.fov_deg))
-    return ErrorModel(ErrorTable.load(), view, config.memory, 1.0 / config.rate_hz)
-
-
-def way_of(wheel_travel: FloatArray, drive: Drive) -> FloatArray:
-    """Return the forward way (m) and turn (rad) ``(..., 2)`` of tracks that went so far (m), ``(..., 2)``."""
-    return np.stack(drive.twist(wheel_travel), axis=-1)
+    return ErrorModel(ErrorTable.load(), view, Drive.from_config(robot), config.memory, 1.0 / config.rate_hz)
 
 
 def camera_view(robot: RobotConfig, arena: ArenaConfig, reach: float, fov: float = 2.0 * np.pi) -> View:

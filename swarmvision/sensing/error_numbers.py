@@ -87,17 +87,10 @@ class Told(NamedTuple):
     @classmethod
     def of(cls, size: int) -> Told:
         """Return room for what is told by so many slots."""
-        shape, new = (size,), recycling.empty
-        return cls(
-            seen=new(shape, bool),
-            range=new(shape),
-            bearing=new(shape),
-            heading=new(shape),
-            covariance=new((size, 9)),
-            age=new(shape),
-            track=new(shape, np.int64),
-            visible=new(shape),
-        )
+        new = recycling.empty
+        gap, bearing, heading, age, visible = new((5, size))
+        seen, track = new((size,), bool), new((size,), np.int64)
+        return cls(seen, gap, bearing, heading, new((size, 9)), age, track, visible)
 
     def estimates(self, shape: tuple[int, ...]) -> Estimates:
         """Return them as estimates of a shape."""

@@ -34,6 +34,10 @@ class Observers(NamedTuple):
     """What its neighbours have in common of their deviates, of what lasts and of what is new."""
     shared_bearing: FloatArray
     shared_heading: FloatArray
+    x: FloatArray
+    """Where it is (m, m, rad)."""
+    y: FloatArray
+    yaw: FloatArray
     from_x: FloatArray
     """Where its encoders say that it is (m)."""
     from_y: FloatArray
@@ -46,6 +50,8 @@ class Observers(NamedTuple):
 class Candidates(NamedTuple):
     """Who may be measured: the nearest of each observer, the second of each, ..., ``(m, b)`` each."""
 
+    who: IntArray
+    """Number in its world, -1 for nobody."""
     past: IntArray
     """Slot of its track, -1 without."""
     found: IntArray
@@ -55,11 +61,11 @@ class Candidates(NamedTuple):
     cell: IntArray
     """Of the tables."""
     range: FloatArray
-    """As measured (m, rad, rad)."""
+    """In, true; out, as measured (m, rad, rad)."""
     bearing: FloatArray
     heading: FloatArray
     share: FloatArray
-    """And what follows, as :data:`swarmvision.sensing.error_memory.AGE` has it."""
+    """That nobody hides; and what follows, as :data:`swarmvision.sensing.error_memory.AGE` has it."""
     x: FloatArray
     y: FloatArray
     yaw: FloatArray
@@ -71,19 +77,20 @@ class Candidates(NamedTuple):
     lasting_heading: FloatArray
 
 
-PAST, FOUND, FOLLOWS, CELL = range(4)  # the same rows in one array
+WHOM, PAST, FOUND, FOLLOWS, CELL = range(5)  # the same rows in one array
 RANGE, BEARING, HEADING, AS_TOLD = range(4)  # and these: as told, then a slot's numbers from its share on
 
 
 @compiled
 def room_for_observers(room: int) -> Observers:
     """Return rows for so many."""
-    n, keys, f = np.empty((4, room), np.int64), np.empty(room, np.uint64), np.empty((9, room))
-    return Observers(n[0], n[1], n[2], n[3], keys, f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8])
+    n, keys, f = np.empty((4, room), np.int64), np.empty(room, np.uint64), np.empty((12, room))
+    shared, places, paths = (f[1], f[2], f[3]), (f[4], f[5], f[6]), (f[7], f[8], f[9])
+    return Observers(n[0], n[1], n[2], n[3], keys, f[0], *shared, *places, *paths, f[10], f[11])
 
 
 @compiled
 def rows_of(n: IntArray, f: FloatArray) -> Candidates:
-    """Return the candidates in arrays ``(4, m, b)`` and ``(13, m, b)``."""
+    """Return the candidates in arrays ``(5, m, b)`` and ``(13, m, b)``."""
     places, paces, lasting = (f[4], f[5], f[6]), (f[7], f[8], f[9]), (f[10], f[11], f[12])
-    return Candidates(n[0], n[1], n[2], n[3], f[0], f[1], f[2], f[3], *places, *paces, *lasting)
+    return Candidates(n[0], n[1], n[2], n[3], n[4], f[0], f[1], f[2], f[3], *places, *paces, *lasting)

@@ -8,15 +8,15 @@ from swarmvision.compiled import compiled
 from swarmvision.data import BoolArray, IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.error_measure import measure
-from swarmvision.sensing.error_memory import Minds, Slots
+from swarmvision.sensing.error_memory import Minds, Slots, minds_from
 from swarmvision.sensing.error_numbers import Tables, Told, tell_nobody
 from swarmvision.sensing.error_observers import look_round
 from swarmvision.sensing.error_phantoms import imagine
 from swarmvision.sensing.error_rows import room_for_observers, rows_of
 from swarmvision.sensing.error_tracks import carry_on, link, remember, take
-from swarmvision.sensing.sight import BEARING, HEADING, RANGE, VISIBLE
 
-TOGETHER, LEAST = 256, 4  # candidates, whose rows fit the nearest cache, and observers
+TOGETHER = 256  # candidates: their rows fit the nearest cache
+LANES = 16  # observers: what is left over by vectors of eight is taken one by one
 
 
 @compiled
@@ -26,7 +26,8 @@ def believe(
     each: int,
     pose: FloatArray,
     turn_rate: FloatArray,
-    way: FloatArray,
+    travel: FloatArray,
+    drive: tuple[float, float],
     who: IntArray,
     sight: FloatArray,
     exposed: BoolArray,
@@ -47,7 +48,8 @@ def believe(
         each: How many candidates each robot has, ``m``.
         pose: Of the robots, ``(o * 3,)``.
         turn_rate: Of the robots (rad/s), ``(o,)``.
-        way: Forward way (m) and turn (rad) by their encoders since the start, ``(o * 2,)``.
+        travel: Way of their left and right track by the encoders since the start (m), ``(2, o)``.
+        drive: Distance of the tracks (m), and the slip of a turn.
         who: Whom each robot of the exposed worlds may see, nearest first, -1 behind, ``(x * m,)``.
         sight: Their true range, bearing, heading and visible fraction, ``(4, x * m)``.
         exposed: Which worlds take a picture, ``(w,)``.
@@ -61,12 +63,11 @@ def believe(
         told: Out.
     """
     span, likely = chances
-    n, room = len(turn_rate), min(max(TOGETHER // max(each, 1), LEAST), max(len(turn_rate), 1))
+    n, room = len(turn_rate), LANES * max(TOGETHER // (LANES * max(each, 1)), 1)
     observers = room_for_observers(room)
-    whole, numbers = np.empty((4, each, room), np.int64), np.empty((13, each, room))
+    whole, numbers = np.empty((5, each, room), np.int64), np.empty((13, each, room))
     some = rows_of(whole, numbers)
     slot_of, gone = np.full(robots, -1), np.zeros((room, slots), np.int64)
-    truth = (sight[RANGE], sight[BEARING], sight[HEADING], sight[VISIBLE])
     first, begin = 0, 0
     while first < n:
         w = first // robots
@@ -82,42 +83,24 @@ def believe(
             likely,
             pose[3 * first :],
             turn_rate[first:],
-            way[2 * first :],
+            travel[0][first:],
+            travel[1][first:],
+            drive,
             tables,
-            minds.keys[first:],
-            minds.common[3 * first :],
-            minds.pose[3 * first :],
-            minds.way[2 * first :],
+            minds_from(minds, first),
             observers,
         )
         count = last - first
-        carry_on(first, count, slots, ago, pose, observers, old)
+        carry_on(first, count, slots, ago, observers, old)
         gone[:] = 0
         if now:
-            whom = who[begin * each :]
-            link(first, count, slots, each, whom, old, slot_of, some.past)
-            measure(
-                first,
-                begin,
-                count,
-                each,
-                slots,
-                pose,
-                ago,
-                who,
-                truth,
-                limits,
-                tables,
-                observers,
-                old,
-                some,
-            )
+            link(first, count, slots, each, who, sight, begin * each, old, slot_of, whole, numbers)
+            measure(first, count, each, slots, pose, ago, limits, tables, observers, old, some)
             take(
                 first,
                 count,
                 slots,
                 each,
-                whom,
                 whole,
                 numbers,
                 tables.variance,

@@ -41,6 +41,7 @@ from swarmvision.sensing.error_rows import (
     HEADING,
     PAST,
     RANGE,
+    WHOM,
     Observers,
 )
 from swarmvision.sensing.error_table import AGES, TURNS
@@ -57,7 +58,6 @@ def carry_on(
     count: int,
     slots: int,
     passed: float,
-    pose: FloatArray,
     observers: Observers,
     held: Slots,
 ) -> None:
@@ -68,13 +68,12 @@ def carry_on(
         count: How many.
         slots: How many each has.
         passed: Since the last call (s).
-        pose: Of all robots, ``(o * 3,)``.
         observers: These robots.
         held: Slots of the last call; places and paces go on.
     """
     for b in range(count):
         i = first + b
-        x, y, from_x, from_y = pose[3 * i], pose[3 * i + 1], observers.from_x[b], observers.from_y[b]
+        x, y, from_x, from_y = observers.x[b], observers.y[b], observers.from_x[b], observers.from_y[b]
         cos, sin, slip = observers.cosine[b], observers.sine[b], observers.slip[b]
         for s in range(i * slots, i * slots + held.used[i]):
             row = held.numbers[s]
@@ -104,33 +103,49 @@ def link(
     slots: int,
     each: int,
     who: IntArray,
+    sight: FloatArray,
+    begin: int,
     held: Slots,
     slot_of: IntArray,
-    past: IntArray,
+    whole: IntArray,
+    some: FloatArray,
 ) -> None:
-    """Fill in which slot holds each candidate of some robots, -1 where none does.
+    """Fill in the candidates of some robots, and which slot holds each, -1 where none does.
 
     Args:
         first: The first robot.
         count: How many, ``b``.
         slots: How many each has.
         each: How many candidates each has, ``m``.
-        who: Their numbers in their world, -1 for nobody, ``(b * m,)``.
+        who: The candidates of all that take a picture, by number in their world, -1 for nobody, ``(x * m,)``.
+        sight: Their true range, bearing, heading and visible fraction, ``(4, x * m)``.
+        begin: Where the first robot's begin.
         held: Slots of the last call.
         slot_of: All -1, and so again at the end, ``(r,)``.
-        past: Out, ``(m, b)``.
+        whole: Out: rows of :class:`Candidates`, those of whole numbers, ``(5, m, b)``.
+        some: Out: and the others, ``(13, m, b)``.
     """
+    ranges, bearings, headings, shares = (
+        sight[0][begin:],
+        sight[1][begin:],
+        sight[2][begin:],
+        sight[3][begin:],
+    )
+    whom = who[begin:]
     for b in range(count):
-        begin, used = (first + b) * slots, held.used[first + b]
+        at, used = (first + b) * slots, held.used[first + b]
         for n in range(used):
-            mark = held.marks[begin + n]
+            mark = held.marks[at + n]
             if mark[WHO] >= 0 and mark[STATE] != GHOST:
                 slot_of[mark[WHO]] = n
         for c in range(each):
-            j = who[b * each + c]
-            past[c, b] = slot_of[j] if j >= 0 else -1
+            n = b * each + c
+            j = whom[n]
+            whole[WHOM, c, b], whole[PAST, c, b] = j, slot_of[j] if j >= 0 else -1
+            some[RANGE, c, b], some[BEARING, c, b] = ranges[n], bearings[n]
+            some[HEADING, c, b], some[AS_TOLD, c, b] = headings[n], shares[n]
         for n in range(used):
-            j = held.marks[begin + n, WHO]
+            j = held.marks[at + n, WHO]
             if j >= 0:
                 slot_of[j] = -1
 
@@ -141,8 +156,7 @@ def take(
     robots: int,
     slots: int,
     each: int,
-    who: IntArray,
-    counts: IntArray,
+    whole: IntArray,
     some: FloatArray,
     variance: FloatArray,
     old: Slots,
@@ -158,8 +172,7 @@ def take(
         robots: How many, ``b``.
         slots: How many each has, ``k``.
         each: How many candidates each has, ``m``.
-        who: Their numbers, ``(b * m,)``.
-        counts: The rows of :class:`Candidates` as measured, those of whole numbers, ``(4, m, b)``.
+        whole: The rows of :class:`Candidates` as measured, those of whole numbers, ``(5, m, b)``.
         some: And the others, ``(13, m, b)``.
         variance: Of measurements, as in :class:`Tables`.
         old: Slots of the last call.
@@ -174,20 +187,20 @@ def take(
         for c in range(each):
             if count == slots:
                 break
-            if counts[FOUND, c, b] == 0:
+            if whole[FOUND, c, b] == 0:
                 continue
-            s, past, follows = i * slots + count, counts[PAST, c, b], counts[FOLLOWS, c, b]
+            s, past, follows = i * slots + count, whole[PAST, c, b], whole[FOLLOWS, c, b]
             if past >= 0:
                 gone[b, past] = ON if follows else LEFT_BEHIND
             marks, numbers = new.marks[s], new.numbers[s]
-            marks[WHO], marks[STATE] = who[b * each + c], MEASURED
+            marks[WHO], marks[STATE] = whole[WHOM, c, b], MEASURED
             marks[NUMBER] = old.marks[i * slots + past, NUMBER] if follows else number
             number += 0 if follows else 1
             numbers[AGE] = 0.0
             for n in range(SHARE, LASTING_HEADING + 1):
                 numbers[n] = some[AS_TOLD - 1 + n, c, b]
             tell(s, some[RANGE, c, b], some[BEARING, c, b], some[HEADING, c, b], marks, numbers, told)
-            spread(told.covariance[s], variance, 3 * counts[CELL, c, b])
+            spread(told.covariance[s], variance, 3 * whole[CELL, c, b])
             count += 1
         following[i], new.used[i] = number, count
 

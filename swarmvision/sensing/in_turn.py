@@ -13,6 +13,7 @@ from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.sensing.nearest import gather, measure, ring_of, sort_into_cells, take_nearest
 from swarmvision.sensing.shadows import (
+    LANES,
     arc_sine,
     half_width,
     marker_shadows,
@@ -53,7 +54,7 @@ def look_in_turn(
     number, place = np.zeros(r, np.int64), np.empty(r, np.int64)
     x, y, yaw, sine, cosine = np.empty(r), np.empty(r), np.empty(r), np.empty(r), np.empty(r)
     square, key, order = np.empty(r), np.empty(r, np.int64), np.empty(r, np.int64)
-    offset, hiders, bits = np.empty((3, r)), np.empty((3, r)), np.empty(r, np.int64)
+    offset, hiders, bits = np.empty((3, r)), np.zeros((3, r + LANES)), np.empty(r + LANES, np.int64)
     forward, left = np.empty(r * slots), np.empty(r * slots)
     far = reach * reach
     for w in range(worlds):
@@ -124,8 +125,8 @@ def shadow(
         radius: Of all markers (m).
         ahead: Of the eye, towards the marker (m).
         offset: Place of the nearer markers from the observer, and their range (m), shape ``(3, n)``.
-        hiders: Room to work in, likewise.
-        bits: Likewise, shape ``(n,)``.
+        hiders: Room to work in, numbers, shape ``(3, n + LANES)``.
+        bits: Likewise, shape ``(n + LANES,)``.
     """
     some = 0
     for m in range(count):
@@ -134,8 +135,9 @@ def shadow(
         across = offset[0, m] * y - offset[1, m] * x
         hiders[0, some], hiders[1, some], hiders[2, some] = across, along, sine
         some += 1 if may_hide(across, along, offset[2, m] + ahead, sine, radius) else 0
-    marker_shadows(some, hiders[0], hiders[1], hiders[2], radius, bits)
     hidden = 0
+    if some > 0:
+        marker_shadows(some, hiders[0], hiders[1], hiders[2], radius, bits)
     for m in range(some):
         hidden |= bits[m]
     return hidden

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmvision.compiled import leaf
+from swarmvision.compiled import apart, leaf
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.trigonometry import direction, sine_cosine
 
 RAYS = np.linspace(-0.9, 0.9, 10)  # across a marker's half width; each ray is a tenth of its width
 MIDDLE = len(RAYS) // 2  # the first ray to the left of the middle
+LANES = 8  # pairs of markers that are taken at once
 ALL_RAYS = (1 << len(RAYS)) - 1
 
 
@@ -40,21 +41,23 @@ def may_hide(across: float, along: float, distance: float, sine: float, radius: 
     return ((abs(across) < radius + sine * distance) & (along > -2.0 * radius)) | (sine >= 0.5)
 
 
-@leaf
+@apart
 def marker_shadows(
     count: int, across: FloatArray, along: FloatArray, sine: FloatArray, radius: float, bits: IntArray
 ) -> None:
-    """Fill in the bits of the rays that nearer markers cover, each those of one farther marker, ``(n,)``.
+    """Fill in the bits of the rays that nearer markers cover, each those of one farther marker.
+
+    They are taken ``LANES`` at once, so what the arrays hold up to the next whole number of those is, too.
 
     Args:
-        count: How many, ``n``.
+        count: How many; the arrays have room for more, to whole ``LANES``.
         across: Place of the nearer marker's axis, from the eye, across the direction of the farther one (m).
         along: And along it (m).
         sine: Of half the width of the farther one, as the eye sees it.
         radius: Of all markers (m).
         bits: Out.
     """
-    for n in range(count):
+    for n in range(LANES * ((count + LANES - 1) // LANES)):
         x, y = across[n], along[n]
         # From the middle outwards, each a tenth of the width beyond the last: cheaper than so many sines.
         out, ahead = sine_cosine(RAYS[MIDDLE] * arc_sine(sine[n]))
