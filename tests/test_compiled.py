@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarmvision.compiled import compiled, leaf
+from swarmvision.compiled import compiled, leaf, wide
+from swarmvision.compiled.prefetch import prefetch
 
 pytest.importorskip("numba")
 
@@ -68,6 +69,24 @@ def _row(x: float) -> Any:
 @compiled
 def _all_of_it(x: float) -> Any:
     return _twice(x) + _once_more(x, 1) + _once_more(x, 2) + _row(x)[1]
+
+
+@wide
+def _sum_of_halves(halves: Any) -> float:
+    total = 0.0
+    for i in range(halves.shape[1]):
+        prefetch(halves, 1, i)
+        total += halves[0, i] - halves[1, i]
+    return total
+
+
+def test_a_wide_kernel_keeps_its_attributes_and_asking_ahead_changes_nothing() -> None:
+    kernel: Any = _sum_of_halves
+    assert kernel(np.arange(10.0).reshape(2, 5)) == -25.0
+    kernel.compile("float64(float32[:, ::1])")  # anew, for what comes from disk cannot be looked at
+    code = kernel.inspect_llvm(kernel.signatures[-1])
+    assert '"prefer-vector-width"="512"' in code
+    assert "llvm.prefetch" in code
 
 
 def test_a_whole_has_every_part_that_its_parts_call() -> None:

@@ -27,13 +27,19 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
     """Compiles wholes as numba does, by our compiler, and hands parts to other kernels."""
 
     def __init__(
-        self, py_func: Any, locals: Any = None, targetoptions: Any = None, *, apart: bool = False
+        self,
+        py_func: Any,
+        locals: Any = None,
+        targetoptions: Any = None,
+        *,
+        apart: bool = False,
+        attributes: Iterable[str] = (),
     ) -> None:
         super().__init__(py_func, locals, targetoptions)
         self._compiler = _Compiler(
             py_func, self.targetdescr, self.targetoptions, self.locals, compiler.Compiler
         )
-        self._compiler.apart = apart
+        self._compiler.apart, self._compiler.attributes = apart, tuple(attributes)
         self._parts: dict[Any, tuple[Any, object]] = {}
         """Signature and the target's name of each part, by the types of its arguments."""
 
@@ -80,6 +86,9 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
     apart = False
     """Whether no two arrays that the function is handed overlap."""
 
+    attributes: tuple[str, ...] = ()
+    """Of the function, as LLVM writes them."""
+
     def compile_part(self, args: tuple[Any, ...]) -> Any:
         """Return a part for arguments of these types."""
         return self._build(_Part, args, None)
@@ -98,6 +107,7 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
         flags.no_compile = flags.no_cpython_wrapper = kind is _Part
         target = self.targetdescr.target_context
         library = kind(target.codegen(), self.py_func.__qualname__)
+        library.attributes = self.attributes
         if kind is _Whole:
             library.enable_object_caching()
         return compiler.compile_extra(
@@ -113,7 +123,19 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
         )
 
 
-class _Part(codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Code whose functions have attributes of LLVM's."""
+
+    attributes: tuple[str, ...] = ()
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        for function in ir_module.functions if self.attributes else ():
+            if not function.is_declaration:
+                set.update(function.attributes, self.attributes)  # its own way in knows no quoted ones
+        super().add_ir_module(ir_module)
+
+
+class _Part(_Library):
     """Code of one kernel alone, to be linked into wholes."""
 
     def finalize(self) -> None:
@@ -121,7 +143,7 @@ class _Part(codegen.JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
-class _Whole(codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Whole(_Library):
     """Code of a kernel and of all its parts."""
 
     def finalize(self) -> None:
