@@ -19,7 +19,8 @@ from swarmvision.config.camera import LENSES
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.config.model import validated
 from swarmvision.errors import ConfigError
-from swarmvision.rendering.imperfections import Imperfections, discrete_gaussian
+from swarmvision.rendering import curve
+from swarmvision.rendering.imperfections import Imperfections, lens_blur
 
 LENS = Lens.from_config(LENSES["pi-v1"])
 SMALL = Lens(48, 32, 60.0, (24.0, 16.0), 0.085)
@@ -117,7 +118,7 @@ def spoilt_plainly(
 ) -> NDArray[np.float64]:
     """The chain before the noise, slowly and in floating point: sRGB codes, not rounded."""
     light = decode(image)
-    psf = discrete_gaussian(config.defocus)
+    psf = lens_blur(config.defocus)
     radius, reach = len(psf) // 2, lens.width_px
     high = np.pad(light, ((radius, radius), (0, 0), (0, 0)), mode="edge")
     light = sum(w * high[j : j + lens.height_px] for j, w in enumerate(psf))
@@ -245,9 +246,9 @@ def test_the_rolling_shutter_shears_upright_edges(turn_rate: float) -> None:
     assert columns[230] == pytest.approx(300.0, abs=0.2)
 
 
-def test_defocus_is_a_gaussian_that_keeps_the_light() -> None:
+def test_defocus_has_its_spread_and_keeps_the_light() -> None:
     for std in (0.3, 0.5, 1.3):
-        weights = discrete_gaussian(std)
+        weights = lens_blur(std)
         reach = np.arange(len(weights)) - len(weights) // 2
         assert weights.sum() == pytest.approx(1.0)
         assert (weights * reach**2).sum() == pytest.approx(std**2, rel=0.02)
@@ -255,6 +256,25 @@ def test_defocus_is_a_gaussian_that_keeps_the_light() -> None:
     flawed(defocus=1.0).spoil(image, 0)
     share = (decode(image[200, :, 1]) - decode(40)) / (decode(200) - decode(40))
     assert share.sum() == pytest.approx(340.0, abs=0.05)
+
+
+def test_the_curve_is_srgb_there_and_back() -> None:
+    pieces = np.arange(65536 // curve.PIECE)
+    light, code = np.arange(65536, dtype=np.uint16), np.zeros(65536, np.int16)
+    curve.encode(pieces, light, curve.CURVE, code)
+    # 0.2 codes of arithmetic and half a quarter of rounding.
+    assert np.abs(code / 64.0 - encode(light / 65535.0)).max() < 0.2 + 0.125
+    codes, planes = np.arange(256, dtype=np.uint8), np.zeros(256, np.uint16)
+    curve.decode(pieces[: 256 // curve.PIECE], codes.view(np.uint16), curve.CURVE, planes)
+    there = planes.reshape(2, -1).T.ravel()
+    np.testing.assert_allclose(encode(there / 65535.0), codes, atol=0.1)
+    np.testing.assert_array_equal(code[there], 64 * np.arange(256))
+
+
+def test_what_is_lit_beyond_white_is_white() -> None:
+    image = grey(250)
+    flawed(gain=3.0, white_electrons=4000.0, read_noise=4.0).spoil(image, 1)
+    assert (image == 255).all()
 
 
 def test_mosaic_and_file_keep_an_even_picture() -> None:

@@ -1,11 +1,12 @@
 """Kernels that move light about: the lens's blur, motion blur and the rolling shutter, where pictures change.
 
-A row is worked on in blocks of ``BLOCK`` bytes that are named by lists: loops over a block are all vectors.
-They take their length from an array, for what the compiler knows the length of it unrolls and then finds no
-vectors in; and weights are as wide as a block, for of a single one it does not see that it has 16 bits. Words
-of ``WORD`` bytes in which a row changes are told by bits, 64 words at a time.
+A row's bytes stand in two planes, those of even and those of odd places, as numbers of 16 bits: so two bytes
+come from one word of the picture and go into one without being shuffled. A row is worked on in *pieces* of
+``PIECE`` numbers of one plane, which are named by lists: loops over a piece are all vectors. A block of
+``BLOCK`` bytes is two pieces. Words of ``WORD`` bytes in which a row changes are told by bits, 64 words at a
+time.
 
-Light is linear, in 16 bits; through tables it is true to 0.2 codes.
+Light is linear, in 16 bits; it is true to 0.2 codes.
 """
 
 from __future__ import annotations
@@ -15,23 +16,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.colour import decode
-from swarmvision.compiled import leaf
+from swarmvision.compiled import leaf, wide
+from swarmvision.compiled.prefetch import prefetch
 from swarmvision.geometry import FloatArray
+from swarmvision.rendering.curve import NEVER, PIECE, Levels, Places
 
 Image = NDArray[np.uint8]
-Words = NDArray[np.int16]
-Levels = NDArray[np.uint16]
-Places = NDArray[np.int64]
 Longs = NDArray[np.uint64]
 
-FINE = 64  # steps of one code
 ONE = 1 << 16  # the sum of a kernel's weights; but one alone is 1 less
 FAINT = 200  # a weight that, at an end, is given to the next: 0.003
-WORD = 8  # bytes whose changes are told by one bit
-BLOCK = 32  # bytes that are worked on together
-BITS = BLOCK // WORD  # that tell of them
-TAPS, LINES = 8, 5  # weights along a row and down a column that are added at once
+BLOCK = 2 * PIECE  # bytes that they are of
+WORD = BLOCK // 8  # bytes whose changes are told by one bit, so that a block's are told by a byte
+LINE = 64  # bytes of a line of the cache
+AHEAD = 3  # rows that memory is asked for before they are looked at
+TAPS, LINES = 6, 3  # weights along a row and down a column that are added at once
 PHASES = 16  # places within a pixel that a row's shift is rounded to
 ALONG, DOWN = 0, 1  # where a row is not as it is a pixel to the right; where not as the row above
 LIGHT, BLURRED, FRESH = (
@@ -39,13 +38,6 @@ LIGHT, BLURRED, FRESH = (
     1,
     2,
 )  # words whose light is new, that the kernel blurs, whose value is new; see plan_row
-
-DECODE = np.rint(decode(np.arange(256)) * 65535.0).astype(np.uint16)
-# Straight between neighbouring codes, so that encoding what was decoded gives the same code.
-# By every eighth level, so that it fits into the first cache: 0.2 levels off where the curve is steepest.
-COARSE = 3
-_LEVELS = np.arange(65536 >> COARSE) * float(1 << COARSE) + (1 << COARSE) / 2.0 - 0.5
-ENCODE = np.rint(np.interp(_LEVELS, DECODE, np.arange(256) * float(FINE))).astype(np.int16)
 
 
 @leaf
@@ -64,7 +56,7 @@ def blur_taps(
         box: Scratch, at least ``length + 4`` long.
         taps: Scratch, likewise.
         weights: Out: ``weights[t]`` weigh the pixel ``first + t`` to the left; they sum to ``ONE``; behind
-            the last there are ``TAPS`` zeros. All ``BLOCK`` of a row are the same.
+            the last there are ``TAPS`` zeros.
 
     Returns:
         first, and how many.
@@ -101,8 +93,8 @@ def blur_taps(
     taps[largest] += ONE - total
     for t in range(number - begin + TAPS):
         each = np.uint16(min(taps[begin + t], ONE - 1) if begin + t < number else 0)
-        for i in range(weights.shape[1]):
-            weights[t, i] = each
+        for i in range(PIECE):
+            weights[t * PIECE + i] = each
     return start - radius + begin, number - begin
 
 
@@ -115,54 +107,85 @@ def _tent_integral(x: float) -> float:
     return 1.0 - (1.0 - x) * (1.0 - x) / 2.0
 
 
-@leaf
+@wide
 def find_changes(
     image: Image,
+    y: int,
+    side: int,
     blurs: bool,
+    kept: Image,
     mask: Image,
-    mask_words: Longs,
     told: Image,
-    told_words: Longs,
     bits: Longs,
     origin: Places,
-) -> None:
+) -> int:
     """Tell in which words a row has a pixel that is not as the one to its right, or as the one above.
 
     A step of one level to the right is let pass: blurred, it is still one.
 
     Args:
         image: sRGB, ``(h, 3 w)``.
-        blurs: Whether to tell more than which rows are the same.
-        mask: Zeros, a byte for each of a row, ``(2, 512 longs)``; longs are 64 words.
-        mask_words: The same memory, ``WORD`` bytes at a time.
-        told: Scratch, a byte for each word, ``(2, 64 longs)``.
-        told_words: The same memory, ``WORD`` bytes at a time.
+        y: Which row; rows are asked for in their order.
+        side: Where in ``kept`` the row above is.
+        blurs: Whether to ask to the right, too.
+        kept: In and out: rows without spoil, ``(2, m)``; m is 3 w, filled up to whole blocks.
+        mask: Zeros, a byte for each of a row, ``(m,)``.
+        told: Zeros, a byte for each word, ``(2, 64 longs)``; longs are 64 words.
         bits: Out: words that differ ``ALONG`` and ``DOWN``, ``(h, 2, longs)``; not of rows as the one above.
         origin: Out: the first of the rows without a change that each row is one of, ``(h,)``.
+
+    Returns:
+        Where in ``kept`` this row is.
     """
-    height, n = image.shape
-    for y in range(height):
-        over = max(y - 1, 0)
-        change = np.uint8(0)
+    y, above, n = max(y, 0), max(side, 0), image.shape[1]
+    coming = min(y + AHEAD, image.shape[0] - 1)
+    for i in range(0, n, LINE):
+        prefetch(image, coming, i)
+    change = np.uint8(0)
+    for i in range(n):
+        change = np.uint8(change | (image[y, i] ^ kept[above, i]))
+    origin[y] = y if y == 0 or change != 0 else origin[max(y - 1, 0)]
+    if origin[y] != y:
+        return above
+    here = 1 - above
+    for i in range(n):
+        kept[here, i] = image[y, i]
+    if y == 0:  # there is none above
         for i in range(n):
-            change = np.uint8(change | (image[y, i] ^ image[over, i]))
-        origin[y] = y if y == 0 or change != 0 else origin[over]
-        if blurs and origin[y] == y:
-            for i in range(n - 3):
-                one, two = image[y, i], image[y, i + 3]
-                mask[ALONG, i] = np.uint8(np.uint8(max(one, two) - min(one, two)) & np.uint8(254))
-            for i in range(n):
-                mask[DOWN, i] = image[y, i] ^ image[over, i]
-            for kind in range(2):
-                for w in range(told.shape[1]):
-                    told[kind, w] = np.uint8(mask_words[kind, w] != 0)
-                for k in range(bits.shape[2]):
-                    gathered = np.uint64(0)
-                    for part in range(8):
-                        # Eight bytes of 0 or 1, to eight bits in the uppermost byte.
-                        eight = np.uint64(told_words[kind, 8 * k + part] * np.uint64(0x0102040810204080))
-                        gathered |= np.uint64(eight >> np.uint64(56)) << np.uint64(8 * part)
-                    bits[y, kind, k] = gathered
+            kept[above, i] = image[y, i]
+    words, spots, eights = kept.view(np.uint64), mask.view(np.uint64), told.view(np.uint64)
+    gathered = bits.view(np.uint8)
+    for w in range(words.shape[1]):
+        told[DOWN, w] = np.uint8(words[here, w] != words[above, w])
+    if blurs:
+        for i in range(n - 3):
+            one, two = kept[here, i], kept[here, i + 3]
+            mask[i] = np.uint8(np.uint8(max(one, two) - min(one, two)) & np.uint8(254))
+        for w in range(len(spots)):
+            told[ALONG, w] = np.uint8(spots[w] != 0)
+    for kind in range(2):
+        for k in range(eights.shape[1]):
+            # Eight bytes of 0 or 1, to eight bits in the uppermost byte.
+            eight = np.uint64(eights[kind, k] * np.uint64(0x0102040810204080))
+            gathered[y, kind, k] = np.uint8(eight >> np.uint64(56))
+    return here
+
+
+@leaf
+def list_pieces(words: Longs, pieces: Places) -> int:
+    """List the pieces of the blocks in which words are marked, block by block, and return how many.
+
+    ``pieces`` has room for all of them: it is as long as a row has pieces. A block's marks are a byte.
+    """
+    count, half, marked = 0, len(pieces) // 2, words.view(np.uint8)
+    for k in range(len(words)):
+        if words[k] != 0:
+            for b in range(8 * k, min(8 * (k + 1), half)):
+                # Written in any case, and kept where the count goes on: that is cheaper than to branch.
+                place = min(count, len(pieces) - 2)
+                pieces[place], pieces[place + 1] = b, half + b
+                count += 2 if marked[b] != 0 else 0
+    return count
 
 
 @leaf
@@ -177,7 +200,7 @@ def plan_row(
     marks: Longs,
     lists: Places,
 ) -> tuple[int, int, bool]:
-    """List the blocks of a row whose light, blurred down, is new, and those whose value is.
+    """List the pieces of a row whose light, blurred down, is new, and those whose value is.
 
     Args:
         bits: See :func:`find_changes`.
@@ -188,7 +211,7 @@ def plan_row(
         moved: Whether the row above had another kernel.
         window: Zeros, ``(2, 3 longs)``.
         marks: In and out: ``LIGHT``, ``BLURRED`` and ``FRESH`` words of the row above and of this one.
-        lists: Out: blocks; the last list stays, ``(3, blocks)``.
+        lists: Out: pieces; the last list stays, ``(3, pieces)``.
 
     Returns:
         The lengths of both, and whether the kernel blurs anything here.
@@ -215,109 +238,94 @@ def plan_row(
     if moved:
         for k in range(longs):
             marks[FRESH, k] |= marks[BLURRED, k]
-    light, fresh, some, each = 0, 0, np.uint64((1 << BITS) - 1), 64 // BITS
-    for k in range(longs):
-        if marks[LIGHT, k] | marks[FRESH, k] != 0:
-            for b in range(each * k, min(each * (k + 1), lists.shape[1])):
-                shift = np.uint64(BITS * (b - each * k))
-                lists[0, light] = b
-                lists[1, fresh] = b
-                if (marks[LIGHT, k] >> shift) & some != 0:
-                    light += 1
-                if (marks[FRESH, k] >> shift) & some != 0:
-                    fresh += 1
     for k in range(longs):
         blurred |= marks[BLURRED, k]
-    return light, fresh, bool(blurred != 0)
+    return list_pieces(marks[LIGHT], lists[0]), list_pieces(marks[FRESH], lists[1]), bool(blurred != 0)
 
 
-@leaf
-def bring_to_light(image: Image, y: int, bits: Longs, above: int, page: int, light: Levels) -> None:
-    """Decode a row onto a page; where it is as the row above, copy that one's page."""
-    page, above, y = max(page, 0), max(above, 0), max(y, 0)
-    n, every = image.shape[1], np.uint64((1 << BITS) - 1)
-    for i in range(light.shape[1]):
-        light[page, i] = light[above, i]
-    whole = n // BLOCK
-    for b in range(whole):
-        k, shift = max(b // (64 // BITS), 0), np.uint64(BITS * (b % (64 // BITS)))
-        if y == 0 or (bits[y, DOWN, k] >> shift) & every != 0:
-            start = max(BLOCK * b, 0)
-            for i in range(BLOCK):
-                light[page, start + i] = DECODE[image[y, start + i]]
-    for i in range(BLOCK * whole, n):
-        light[page, i] = DECODE[image[y, i]]
-    for i in range(n, light.shape[1]):
-        light[page, i] = light[page, i - 3]
+@wide
+def blur_down(pieces: Places, light: Levels, pages: Places, down: Levels, pad: int, level: Levels) -> None:
+    """Blur pieces down their columns; products are cut to 16 bits, which half a unit each makes good.
 
-
-@leaf
-def blur_down(blocks: Places, light: Levels, pages: Places, down: Levels, pad: int, level: Levels) -> None:
-    """Blur blocks down their columns; products are cut to 16 bits, which half a unit each makes good."""
-    for j in range(0, len(down), LINES):
-        each = down[j : j + LINES]
-        page0, page1 = light[max(pages[j], 0)], light[max(pages[j + 1], 0)]
-        page2, page3 = light[max(pages[j + 2], 0)], light[max(pages[j + 3], 0)]
-        page4 = light[max(pages[j + 4], 0)]
-        half, old = np.uint16(LINES // 2), np.uint16(0 if j == 0 else ONE - 1)
-        for k in range(len(blocks)):
-            start = max(BLOCK * blocks[k], 0)
-            place = max(pad + start, 0)
-            for i in range(each.shape[1]):
-                value = np.uint16(np.uint16(level[place + i] & old) + half)
-                one = np.uint16((np.uint32(page0[start + i]) * np.uint32(each[0, i])) >> 16)
-                two = np.uint16((np.uint32(page1[start + i]) * np.uint32(each[1, i])) >> 16)
+    Args:
+        pieces: Which.
+        light: Pages, ``(., m)``.
+        pages: Those under the kernel, from above, in groups of ``LINES``.
+        down: Their weights.
+        pad: Room to both sides of a plane of ``level``.
+        level: Out: both planes, each with its room, ``m + 4 pad``.
+    """
+    half = light.shape[1] // 2
+    for t in range(0, len(pages), LINES):
+        each = down[t * PIECE : (t + LINES) * PIECE]
+        page0, page1 = light[max(pages[t], 0)], light[max(pages[t + 1], 0)]
+        page2 = light[max(pages[t + 2], 0)]
+        rest, old = np.uint16(LINES // 2), np.uint16(0 if t == 0 else ONE - 1)
+        for k in range(len(pieces)):
+            start, same = max(PIECE * pieces[k], 0), max(pieces[k] >> NEVER, 0)
+            place = max(start + (pad if start < half else 3 * pad), 0)
+            for i in range(PIECE):
+                j = same + i
+                value = np.uint16(np.uint16(level[place + i] & old) + rest)
+                one = np.uint16((np.uint32(page0[start + i]) * np.uint32(each[j])) >> 16)
+                two = np.uint16((np.uint32(page1[start + i]) * np.uint32(each[PIECE + j])) >> 16)
                 value = np.uint16(value + np.uint16(one + two))
-                one = np.uint16((np.uint32(page2[start + i]) * np.uint32(each[2, i])) >> 16)
-                two = np.uint16((np.uint32(page3[start + i]) * np.uint32(each[3, i])) >> 16)
-                value = np.uint16(value + np.uint16(one + two))
-                one = np.uint16((np.uint32(page4[start + i]) * np.uint32(each[4, i])) >> 16)
+                one = np.uint16((np.uint32(page2[start + i]) * np.uint32(each[2 * PIECE + j])) >> 16)
                 level[place + i] = np.uint16(value + one)
 
 
 @leaf
 def go_on(level: Levels, pad: int, n: int, back: int, ahead: int) -> None:
-    """Let a row go on beyond the picture's borders as it ends."""
-    for i in range(back):
-        level[pad - 1 - i] = level[pad + 2 - i % 3]
-    for i in range(ahead):
-        level[pad + n + i] = level[pad + n - 3 + i % 3]
+    """Let a row of ``n`` bytes go on beyond the picture's borders as it ends, by so many bytes."""
+    plane = len(level) // 2
+    for i in range(-back, 0):
+        level[(i & 1) * plane + pad + (i >> 1)] = level[(i % 3 & 1) * plane + pad + (i % 3 >> 1)]
+    for i in range(n, n + ahead):
+        last = n - 3 + (i - n) % 3
+        level[(i & 1) * plane + pad + (i >> 1)] = level[(last & 1) * plane + pad + (last >> 1)]
 
 
 @leaf
+def place_of(plane: int, tap: int, pad: int, half: int) -> int:
+    """Return where in ``level`` the pixel ``tap`` to the left is, less the place in the row of who looks.
+
+    A pixel is three bytes, so odd steps lead to the other plane.
+    """
+    other = (plane + tap) & 1
+    return other * (half + 2 * pad) + pad + (plane - 3 * tap - other) // 2 - plane * half
+
+
+@wide
 def blur_along(
-    blocks: Places,
+    pieces: Places,
     first: int,
     weights: Levels,
     number: int,
     level: Levels,
     pad: int,
     total: Levels,
-    out: Words,
 ) -> None:
-    """Blur blocks along the row and encode them."""
+    """Blur pieces along the row; see :func:`blur_taps` and :func:`blur_down`."""
+    half = len(total) // 2
     for t in range(0, number, TAPS):
-        each = weights[t : t + TAPS]
-        half, old = np.uint16(number // 2 if t == 0 else 0), np.uint16(0 if t == 0 else ONE - 1)
-        for k in range(len(blocks)):
-            start = max(BLOCK * blocks[k], 0)
-            at = max(pad + start - 3 * (first + t + TAPS - 1), 0)
-            for i in range(each.shape[1]):
-                light = np.uint16(np.uint16(total[start + i] & old) + half)
-                one = np.uint16((np.uint32(level[at + 21 + i]) * np.uint32(each[0, i])) >> 16)
-                two = np.uint16((np.uint32(level[at + 18 + i]) * np.uint32(each[1, i])) >> 16)
+        each = weights[t * PIECE : (t + TAPS) * PIECE]
+        rest, old = np.uint16(number // 2 if t == 0 else 0), np.uint16(0 if t == 0 else ONE - 1)
+        # Of the taps at even places, from the farthest on, and of those at odd ones, in either plane.
+        even0, odd0 = place_of(0, first + t + 4, pad, half), place_of(0, first + t + 5, pad, half)
+        even1, odd1 = place_of(1, first + t + 4, pad, half), place_of(1, first + t + 5, pad, half)
+        for k in range(len(pieces)):
+            start, same = max(PIECE * pieces[k], 0), max(pieces[k] >> NEVER, 0)
+            a = max(start + (even0 if start < half else even1), 0)
+            b = max(start + (odd0 if start < half else odd1), 0)
+            for i in range(PIECE):
+                j = same + i
+                light = np.uint16(np.uint16(total[start + i] & old) + rest)
+                one = np.uint16((np.uint32(level[a + 6 + i]) * np.uint32(each[j])) >> 16)
+                two = np.uint16((np.uint32(level[b + 6 + i]) * np.uint32(each[PIECE + j])) >> 16)
                 light = np.uint16(light + np.uint16(one + two))
-                one = np.uint16((np.uint32(level[at + 15 + i]) * np.uint32(each[2, i])) >> 16)
-                two = np.uint16((np.uint32(level[at + 12 + i]) * np.uint32(each[3, i])) >> 16)
+                one = np.uint16((np.uint32(level[a + 3 + i]) * np.uint32(each[2 * PIECE + j])) >> 16)
+                two = np.uint16((np.uint32(level[b + 3 + i]) * np.uint32(each[3 * PIECE + j])) >> 16)
                 light = np.uint16(light + np.uint16(one + two))
-                one = np.uint16((np.uint32(level[at + 9 + i]) * np.uint32(each[4, i])) >> 16)
-                two = np.uint16((np.uint32(level[at + 6 + i]) * np.uint32(each[5, i])) >> 16)
-                light = np.uint16(light + np.uint16(one + two))
-                one = np.uint16((np.uint32(level[at + 3 + i]) * np.uint32(each[6, i])) >> 16)
-                two = np.uint16((np.uint32(level[at + i]) * np.uint32(each[7, i])) >> 16)
+                one = np.uint16((np.uint32(level[a + i]) * np.uint32(each[4 * PIECE + j])) >> 16)
+                two = np.uint16((np.uint32(level[b + i]) * np.uint32(each[5 * PIECE + j])) >> 16)
                 total[start + i] = np.uint16(light + np.uint16(one + two))
-    # Not at once behind the blur, for single numbers of what is just stored are not there to be read.
-    for k in range(len(blocks)):
-        start = max(BLOCK * blocks[k], 0)
-        for i in range(BLOCK):
-            out[start + i] = ENCODE[total[start + i] >> COARSE]

@@ -10,7 +10,8 @@ thread. Where we are plainer than a camera:
 * A turn moves all columns by ``f`` times the angle. Truly it is ``f / cos^2`` of the bearing: a quarter
   more at the border of the Pi camera. The robot's way in the exposure is left out: 1 mm at 0.15 m/s.
 * Scenes come clipped at white, so what outshines the picture does not smear as far as it should.
-* Shot noise is Gaussian, cut at 4 standard deviations: below 30 electrons it would be skew.
+* Shot noise is Gaussian, cut at 4 standard deviations: below 30 electrons it would be skew. Its standard
+  deviation is at most 15 grey levels; a dark picture of a small well would have more.
 * The mosaic is taken of sRGB codes after white balance, and demosaiced bilinearly by OpenCV.
 """
 
@@ -29,16 +30,16 @@ from swarmvision.colour import decode
 from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.data import BoolArray
 from swarmvision.geometry import FloatArray
-from swarmvision.rendering.blur import BLOCK, FINE, LINES, ONE, Image
-from swarmvision.rendering.effects import GAIN_ONE, LEHMER, LEHMER_PRIME, OFFSET, STARTS, STRIDE
+from swarmvision.rendering.blur import BLOCK, LINES, ONE, Image
+from swarmvision.rendering.curve import CURVE, FINE, OFFSET, PIECE
+from swarmvision.rendering.effects import GAIN_ONE, LEHMER, LEHMER_PRIME, SHOWN_STD, STARTS, STRIDE
 from swarmvision.rendering.spoiling import Dirt, Faults, aligned, spoil_picture
 
 STREAM_SEED = 20  # the stream is the same in every run; what varies is where windows begin
-STREAM_STD = 8192  # 4 standard deviations are the largest 16-bit number
-NOISIEST = 40.0  # grey levels; the law of the noise is cut there
+STREAM_STD = 32  # 4 standard deviations are the largest 8-bit number
+NOISIEST = 15.0  # grey levels; the law of the noise is cut there, so that it fits into 16 bits
 BENDS = (10.0, 26.0, 80.0)  # codes at which the spread of the noise changes its slope; 10 is the curve's toe
 GAMMA = 2.4  # of the power law inside the sRGB curve
-FAINT = 1e-3  # weight that the tail of a kernel may lose
 LIGHT_STEP = 0.25  # codes by which the light changes before rows are given another gain
 NEARLY_ONE = (0.65, 1.5)  # gains for which the toe of the sRGB curve needs no care
 
@@ -55,7 +56,7 @@ class Imperfections:
         """
         self._config = config
         self._lens = lens
-        psf, light = discrete_gaussian(config.defocus), _Light.of(config, lens)
+        psf, light = lens_blur(config.defocus), _Light.of(config, lens)
         law, step = _noise_law(config)
         self.faults = Faults(
             idle=not len(light.rows) and not len(law) and config.bits == 8 and len(psf) == 1,
@@ -70,6 +71,7 @@ class Imperfections:
             step=step,
             stream=_stream(3 * lens.width_px),
             bits=config.bits,
+            curve=CURVE,
         )
         """What :func:`swarmvision.rendering.spoiling.spoil_picture` needs to know."""
         self._memory = threading.local()
@@ -144,31 +146,28 @@ def noise_std(config: ImperfectionsConfig, code: ArrayLike) -> FloatArray:
     return std
 
 
-def discrete_gaussian(std: float) -> FloatArray:
+def lens_blur(std: float) -> FloatArray:
     """Return weights ``(2 r + 1,)`` that sum to 1 and have the variance ``std^2`` (px^2).
 
-    The Gaussian of a lattice, ``exp(-t) I_n(t)``: T. Lindeberg, IEEE PAMI 12, 1990, doi:10.1109/34.49051.
-    A sampled Gaussian of half a pixel has a sixth less variance than it should. Its weights are the Fourier
-    coefficients of ``exp(t (cos - 1))``, taken round a circle so wide that its ends do not meet.
+    As few equal kernels of three weights in a row as there can be without a hollow, each with its share of
+    the variance: a disc out of focus ends, too, and the more of them, the nearer they come to a Gaussian.
     """
     if std <= 0.0:
         return np.ones(1)
-    places = 64 + 16 * int(np.ceil(std))
-    circle = np.exp(std**2 * (np.cos(2.0 * np.pi * np.arange(places) / places) - 1.0))
-    half = np.fft.ifft(circle).real
-    radius = 1
-    while 2.0 * half[radius + 1] > FAINT:
-        radius += 1
-    weights = half[np.abs(np.arange(-radius, radius + 1))]
-    return np.asarray(weights / weights.sum(), dtype=np.float64)
+    number = int(np.ceil(2.0 * std**2))
+    share = std**2 / number
+    weights = np.ones(1)
+    for _ in range(number):
+        weights = np.convolve(weights, [share / 2.0, 1.0 - share, share / 2.0])
+    return weights
 
 
 def _weights(psf: FloatArray) -> NDArray[np.uint16]:
-    """Return whole weights that sum to ``ONE``, or one less, as wide as a block, in groups of ``LINES``."""
+    """Return whole weights that sum to ``ONE``, or one less, in groups of ``LINES``."""
     weights = np.rint(psf * ONE).astype(np.int64)
     weights[len(psf) // 2] += ONE - weights.sum()
     weights = np.append(weights, np.zeros(-len(psf) % LINES, np.int64))
-    return np.repeat(np.minimum(weights, ONE - 1).astype(np.uint16)[:, None], BLOCK, axis=1)
+    return np.repeat(np.minimum(weights, ONE - 1).astype(np.uint16), PIECE)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -215,14 +214,21 @@ class _Light:
         toe = (gains.min() * least < NEARLY_ONE[0]) or gains.max() > NEARLY_ONE[1]
 
         def per_byte(gain: FloatArray) -> NDArray[np.uint16]:
-            return np.tile(np.rint(4096.0 * gain), lens.width_px if toe else 0).astype(np.uint16)
+            return _in_planes(np.tile(np.rint(4096.0 * gain), lens.width_px if toe else 0)).astype(np.uint16)
 
         return cls(
             np.rint(np.column_stack([of_rows / most * 32767.0, np.ones(len(rows)), anew])).astype(np.int16),
-            np.clip(np.rint(scaled), -32767, 32767).astype(np.int16),
+            _in_planes(np.clip(np.rint(scaled), -32767, 32767)).astype(np.int16),
             per_byte(np.minimum(gains * least, 1.0)),
             per_byte(np.maximum(gains, 1.0)),
         )
+
+
+def _in_planes(row: FloatArray) -> FloatArray:
+    """Return numbers of bytes, ``(..., 3 w)``, as kernels have them: even places, then odd, whole blocks."""
+    filled = np.zeros((*row.shape[:-1], -(-row.shape[-1] // BLOCK) * BLOCK))
+    filled[..., : row.shape[-1]] = row
+    return np.concatenate([filled[..., 0::2], filled[..., 1::2]], axis=-1)
 
 
 def _where_new(gain: FloatArray) -> BoolArray:
@@ -247,21 +253,23 @@ def _noise_law(config: ImperfectionsConfig) -> tuple[NDArray[np.int16], int]:
     std = noise_std(config, code)
     hinges = np.stack([np.ones(256), code, *(np.maximum(code - bend, 0.0) for bend in BENDS)], axis=1)
     parts = np.linalg.lstsq(hinges / std[:, None], np.ones(256), rcond=None)[0]
+    parts *= min(1.0, 32767.0 / SHOWN_STD / float((hinges @ parts).max()))
     unit = 128.0  # of a grey level
     most = max(np.abs(parts[1:]).max() * 65536.0 / FINE, std.max())  # has to fit into 16 bits
     while most * unit > 32000.0:
         unit /= 2.0
     law = np.concatenate([parts[:1] * unit, parts[1:] * unit * 65536.0 / FINE, np.array(BENDS) * FINE])
-    step = round(FINE * 65536.0 / (STREAM_STD * unit))
-    return np.rint(law).astype(np.int16), step
+    return np.rint(law).astype(np.int16), round(SHOWN_STD / unit)
 
 
 @lru_cache(maxsize=8)
 def _stream(row: int) -> NDArray[np.int16]:
-    """Return Gaussian numbers, long enough for every window of a row's length."""
-    numbers = np.random.default_rng(STREAM_SEED).normal(0.0, STREAM_STD, STARTS * STRIDE + row)
-    stream = aligned((len(numbers),), np.int16)
-    stream[:] = np.clip(np.rint(numbers), -32767, 32767)
+    """Return Gaussian numbers, two a word, long enough for every window of a row of so many bytes."""
+    words = STARTS * STRIDE + -(-row // BLOCK) * PIECE
+    numbers = np.random.default_rng(STREAM_SEED).normal(0.0, STREAM_STD, (words, 2))
+    upper, lower = np.clip(np.rint(numbers), -127, 127).astype(np.int64).T
+    stream = aligned((words,), np.int16)
+    stream[:] = 256 * upper + lower
     return stream
 
 

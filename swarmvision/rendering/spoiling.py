@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
-from swarmvision.rendering.blur import BLOCK, LINES, PHASES, WORD, Image, Levels, Longs, Places, Words
+from swarmvision.rendering.blur import BLOCK, LINES, PHASES, WORD, Image, Longs
+from swarmvision.rendering.curve import PIECE, Levels, Places, Words
 from swarmvision.rendering.effects import LEHMER_PRIME
 
 LINE = 64  # bytes of a line of the cache; loads across two cost twice
@@ -33,15 +34,15 @@ class Faults(NamedTuple):
     step: int
     stream: Words
     bits: int
+    curve: Levels
 
 
 class Dirt(NamedTuple):
     """Memory of one thread, see the scratch of :func:`swarmvision.rendering.effects.spoil`."""
 
+    kept: Image
     mask: Image
-    mask_words: Longs
     told: Image
-    told_words: Longs
     changes: Longs
     origin: Places
     window: Longs
@@ -50,6 +51,7 @@ class Dirt(NamedTuple):
     level: Levels
     total: Levels
     words: Words
+    line: Levels
     gain: Levels
     box: FloatArray
     taps: Places
@@ -60,28 +62,27 @@ class Dirt(NamedTuple):
     @classmethod
     def of(cls, width_px: int, faults: Faults) -> Dirt:
         """Return memory for pictures of a width."""
-        kernel, m = len(faults.psf), -(-3 * width_px // LINE) * LINE
-        longs, blocks, reach = -(-m // (64 * WORD)), m // BLOCK, width_px + 2 * kernel + 16
-        mask, told = aligned((2, 64 * WORD * longs), np.uint8), aligned((2, 64 * longs), np.uint8)
-        lists = np.zeros((3, blocks), np.int64)
-        lists[2] = np.arange(blocks)
+        kernel, m = len(faults.psf), -(-3 * width_px // BLOCK) * BLOCK
+        longs, pieces, reach = -(-m // (64 * WORD)), m // PIECE, width_px + 2 * kernel + 16
+        lists = np.zeros((3, pieces), np.int64)
+        lists[2] = np.arange(pieces).reshape(2, -1).T.ravel()
         return cls(
-            mask=mask,
-            mask_words=mask.view(np.uint64),
-            told=told,
-            told_words=told.view(np.uint64),
+            kept=aligned((2, m), np.uint8),
+            mask=aligned((m,), np.uint8),
+            told=aligned((2, 64 * longs), np.uint8),
             changes=np.zeros((faults.height_px, 2, longs), np.uint64),
             origin=np.zeros(faults.height_px, np.int64),
             window=np.zeros((2, 3 * longs), np.uint64),
             marks=np.zeros((3, longs), np.uint64),
             light=aligned((kernel + 1, m), np.uint16),
-            level=aligned((3 * m + 2 * BLOCK,), np.uint16),
+            level=aligned((3 * m + 4 * PIECE,), np.uint16),
             total=aligned((m,), np.uint16),
-            words=aligned((3, m), np.int16),
+            words=aligned((4, m), np.int16),
+            line=aligned((m // 2,), np.uint16),
             gain=aligned((m,), np.uint16),
             box=np.zeros(reach),
             taps=np.zeros(reach, np.int64),
-            weights=aligned((PHASES, reach, BLOCK), np.uint16),
+            weights=aligned((PHASES, reach * PIECE), np.uint16),
             places=np.zeros((4, max(PHASES, kernel + LINES)), np.int64),
             lists=lists,
         )
@@ -124,10 +125,10 @@ def spoil_picture(image: Image, key: int, shear: float, length: float, faults: F
         faults.stream,
         1 + key % (LEHMER_PRIME - 1),
         faults.bits,
+        faults.curve,
+        dirt.kept,
         dirt.mask,
-        dirt.mask_words,
         dirt.told,
-        dirt.told_words,
         dirt.changes,
         dirt.origin,
         dirt.window,
@@ -136,6 +137,7 @@ def spoil_picture(image: Image, key: int, shear: float, length: float, faults: F
         dirt.level,
         dirt.total,
         dirt.words,
+        dirt.line,
         dirt.gain,
         dirt.box,
         dirt.taps,
