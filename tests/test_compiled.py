@@ -13,7 +13,7 @@ import pytest
 from swarmvision.compiled import compiled, leaf, wide
 from swarmvision.compiled.prefetch import prefetch
 
-pytest.importorskip("numba")
+NullCache = pytest.importorskip("numba.core.caching").NullCache
 
 CALLEE = "from swarmvision.compiled import compiled\n@compiled\ndef inner(x):\n    return x * {factor}\n"
 CALLER = (
@@ -83,8 +83,10 @@ def _sum_of_halves(halves: Any) -> float:
 def test_a_wide_kernel_keeps_its_attributes_and_asking_ahead_changes_nothing() -> None:
     kernel: Any = _sum_of_halves
     assert kernel(np.arange(10.0).reshape(2, 5)) == -25.0
-    kernel.compile("float64(float32[:, ::1])")  # anew, for what comes from disk cannot be looked at
-    code = kernel.inspect_llvm(kernel.signatures[-1])
+    fresh: Any = wide(kernel.py_func)
+    fresh._cache = NullCache()  # for what comes from disk cannot be looked at
+    fresh.compile("float64(float64[:, ::1])")
+    code = fresh.inspect_llvm(fresh.signatures[-1])
     assert '"prefer-vector-width"="512"' in code
     assert "llvm.prefetch" in code
 
