@@ -41,6 +41,9 @@ def test_the_wheel_holds_one_package(tmp_path: Path) -> None:
     }
     for name in ("envs/flocking_v0.py", "controllers/kobot.py", "scenarios/flocking.toml", "py.typed"):
         assert f"swarmvision/{name}" in names
+    sources = {f"{path.relative_to(ROOT)}" for path in (ROOT / "swarmvision").rglob("*.py")}
+    assert len(sources) > 150
+    assert sources <= set(names)
 
 
 def test_every_public_name_exists() -> None:
