@@ -34,7 +34,7 @@ class ImperfectionsConfig(Settings):
     """Fall-off to the corners: light is cos^4 of the angle off axis to this power. 1 is a bare lens; what
     the camera's own shading correction leaves is ours."""
 
-    defocus: Annotated[float, Field(ge=0, le=2)] = 0.45
+    defocus: Annotated[float, Field(ge=0, le=2)] = 0.47
     """Standard deviation of the blur by lens and focus (px). At 0.3 m the Pi's 1.24 mm aperture, focused
     at 1 m, draws a disc of 1.9 px at 640 px width: standard deviation 0.47 px; at 0.5 m it is 0.2 px."""
 
