@@ -2,17 +2,18 @@
 
 Each robot takes in what has arrived, see :mod:`swarmvision.sensing.exposures`: its lenses are rendered,
 spoiled, read, fused into the robot's frame and handed to its tracks, see
-:mod:`swarmvision.sensing.watch`. Robots are independent of each other, so a pool of threads works on
-shares of them in any order and the result is the same for any number of workers.
+:mod:`swarmvision.sensing.watch`. Robots are independent of each other, so threads take them one by one,
+each who is next, and the result is the same for any number of workers.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import cv2
+import numpy as np
 
 from swarmvision.camera import Rig
 from swarmvision.config.arena import ArenaConfig
@@ -20,16 +21,12 @@ from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import CameraSensorConfig
 from swarmvision.data import Estimates, Picture, Scene
 from swarmvision.drive import Drive
-from swarmvision.geometry import FloatArray
-from swarmvision.perception.track import Beliefs, Law, Tracks
+from swarmvision.perception.track import Beliefs, Tracks
 from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.sensing.exposures import Exposures, between
-from swarmvision.sensing.watch import settle
 from swarmvision.sensing.watching import watcher
 
 __all__ = ["CameraSensor", "between"]
-
-SHARES = 2  # of what is left for each worker: who has done with one takes the next, smaller one
 
 
 class CameraSensor:
@@ -64,7 +61,6 @@ class CameraSensor:
         drive = Drive.from_config(robot)
         self._exposures = Exposures(config, self.rig, drive, imperfections, robots, seed, idle)
         self._watcher = watcher(config, robot, arena, self.rig.lens, imperfections, robots, keep_pictures)
-        self._law = Law.of(config.tracker)
         self._tracks, self._beliefs = Tracks.of(robots), Beliefs.of(robots)
         cores = workers if workers is not None else len(os.sched_getaffinity(0))
         self._workers = max(min(cores, robots), 1) if self._watcher.parallel else 1
@@ -82,33 +78,11 @@ class CameraSensor:
         self._exposures.note(scene)
         looks, since = self._exposures.arrived(scene.time), self._exposures.since(scene)
         self._watcher.prepare(looks, self._exposures.scenes)
-        shares = iter(_shares(scene.robots, self._workers))
+        work = (np.zeros(1, np.int64), since, self._tracks, self._beliefs)
         others: list[Future[None]] = []
         if self._pool is not None:
-            others = [self._pool.submit(self._work, shares, since) for _ in range(self._workers - 1)]
-        self._work(shares, since)
+            others = [self._pool.submit(self._watcher.watch, *work) for _ in range(self._workers - 1)]
+        self._watcher.watch(*work)
         for other in others:
             other.result()
         return self._beliefs.estimates()
-
-    def _work(self, shares: Iterator[tuple[int, int]], since: FloatArray) -> None:
-        """Catch up with shares of the robots until none is left."""
-        for first, last in shares:
-            self._watcher.watch(first, last, self._tracks)
-            settle(self._tracks, first, last, since, self._law, self._beliefs)
-
-
-def _shares(robots: int, workers: int) -> list[tuple[int, int]]:
-    """Return first and last + 1 robot of each share.
-
-    They shrink to a single robot, so that all workers end at about the same time whatever robots cost
-    (C. D. Polychronopoulos, D. J. Kuck, IEEE Trans. Comput. C-36, 1987, doi:10.1109/TC.1987.5009495).
-    """
-    if workers == 1:
-        return [(0, robots)] if robots > 0 else []
-    shares, first = [], 0
-    while first < robots:
-        last = first + max((robots - first) // (SHARES * workers), 1)
-        shares.append((first, last))
-        first = last
-    return shares

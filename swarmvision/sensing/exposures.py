@@ -110,7 +110,8 @@ class Exposures:
         waiting = np.arange(len(self._taken))
         while True:  # what is late holds up what was taken after it
             waiting = waiting[self._taken[waiting] < self._next]
-            waiting = waiting[self._due(waiting) <= time + CLOCK_SLACK]
+            if len(waiting) > 0:
+                waiting = waiting[self._due(waiting) <= time + CLOCK_SLACK]
             if len(waiting) == 0:
                 break
             robots.append(waiting)
@@ -141,17 +142,19 @@ class Exposures:
         own = numbered(self._keys[robot], number[:, None])
         lost = self._imperfections.is_lost(own) | self._dead[robot, None]
         shown = self._shown(robot, number, lost)
-        mounts = {n: self._rig.robot_from_lens(n / self._rate) for n in {*shown.flat, *number.tolist()}}
         servo = self._rig.servo
         lens = np.arange(own.shape[1])
         n, c = own.shape
-        pose, turn_rate = np.empty((n, c, 3)), np.empty((n, c))
-        for i in {*shown.flat}:
+        pose, mount, turn_rate = np.empty((n, c, 3)), np.empty((n, c, 3)), np.empty((n, c))
+        for i in {*shown.ravel().tolist(), *number.tolist()}:
+            mounts = self._rig.robot_from_lens(i / self._rate)
+            mount[number == i] = mounts
             look, column = np.nonzero(shown == i)
-            scene = self.scenes[i]
-            pose[look, column] = compose(scene.pose[robot[look]], mounts[i][column])
-            pan_rate = 0.0 if servo is None else float(servo.pan_rate(i / self._rate))
-            turn_rate[look, column] = scene.velocity[robot[look], 2] + pan_rate
+            if len(look) > 0:
+                scene = self.scenes[i]
+                pose[look, column] = compose(scene.pose[robot[look]], mounts[column])
+                pan_rate = 0.0 if servo is None else float(servo.pan_rate(i / self._rate))
+                turn_rate[look, column] = scene.velocity[robot[look], 2] + pan_rate
         motion = self._motion(robot, number - 1, *self._odometry(robot, number))
         pan = np.zeros(n) if servo is None else servo.pan_rate(number / self._rate)
         return Looks(
@@ -165,7 +168,7 @@ class Exposures:
             turning=np.repeat((motion[:, 1] + pan)[:, None], c, axis=1),
             # Not all at once, so that no step has the work of many.
             search=(number[:, None] + robot[:, None] + lens) % self._every == 0,
-            mount=np.array([mounts[i] for i in number.tolist()]).reshape(n, c, 3),
+            mount=mount,
             motion=motion,
         )
 

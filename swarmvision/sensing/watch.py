@@ -1,6 +1,6 @@
 """Looks into beliefs: what robots' lenses show is drawn, spoiled, read, fused and tracked. Kernels.
 
-:func:`watch` is the whole way for a share of the robots in one call, without the interpreter; the
+:func:`watch` is the whole way for all robots in one call of each thread, without the interpreter; the
 steps behind the reading are here as functions of their own, for readers and renderers that are not
 kernels.
 """
@@ -13,6 +13,7 @@ import numpy as np
 
 from swarmvision.camera import Lens
 from swarmvision.compiled import compiled
+from swarmvision.compiled.ticket import Counter, ticket
 from swarmvision.data import IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
@@ -118,8 +119,7 @@ class Desk(NamedTuple):
 
 @compiled
 def watch(
-    first: int,
-    last: int,
+    counter: Counter,
     looks: Looks,
     scenes: Scenes,
     stage: Stage,
@@ -127,14 +127,15 @@ def watch(
     task: Task,
     aim: Aim,
     desk: Desk,
+    since: FloatArray,
     tracks: Tracks,
+    beliefs: Beliefs,
     habits: Habits,
 ) -> None:
-    """Do all looks of the robots from first to before last.
+    """Do all looks of robots, and tell what they believe, until no robot is left.
 
     Args:
-        first: Robot.
-        last: Robot, not included.
+        counter: Of all threads that share the robots: whose turn it is.
         looks: Of all robots.
         scenes: What they show.
         stage: Of the ray caster.
@@ -142,42 +143,45 @@ def watch(
         task: Of the reader.
         aim: Of all lenses.
         desk: Of this thread alone.
+        since: Speed, turn rate and time of each robot since its last look, ``(r, 3)``.
         tracks: Of all robots.
+        beliefs: Out: of all robots.
         habits: Of all robots.
     """
-    for look in range(looks.start[first], looks.start[last]):
-        robot = looks.robot[look]
-        anticipate(tracks, robot, looks.motion[look], habits.law)
-        told, pictures = 0, 0
-        for lens in range(looks.lost.shape[1]):
-            if looks.lost[look, lens]:
-                continue
-            pictures += 1
-            slot = scenes.slot[look, lens]
-            pose, drift = looks.pose[look, lens], scenes.drift[look, lens]
-            near = gather_near(scenes.robots[slot], robot, pose, habits.sight, desk.near)
-            draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
-            spoil_picture(desk.lines, looks.key[look, lens], drift[0], drift[1], faults, desk.dirt)
-            where = gaze(
-                tracks, robot, looks.mount[look, lens], task, aim, looks.search[look, lens], desk.windows
-            )
-            count = read_edges_into(desk.picture, task, where, desk.reading, desk.markers)
-            told = _note(
-                desk.markers, count, lens, told, desk.polar, desk.covariance, desk.lens
-            )  # fmt: skip
-        if pictures > 0:
-            follow(
-                tracks,
-                robot,
-                desk.polar[:told],
-                desk.covariance[:told],
-                desk.lens[:told],
-                looks.mount[look],
-                looks.turning[look],
-                habits,
-            )
-        else:
-            lose_sight(tracks, robot, habits.law)
+    robot = ticket(counter)
+    while robot < len(since):
+        for look in range(looks.start[robot], looks.start[robot + 1]):
+            anticipate(tracks, robot, looks.motion[look], habits.law)
+            told, pictures = 0, 0
+            for lens in range(looks.lost.shape[1]):
+                if looks.lost[look, lens]:
+                    continue
+                pictures += 1
+                slot = scenes.slot[look, lens]
+                pose, drift = looks.pose[look, lens], scenes.drift[look, lens]
+                near = gather_near(scenes.robots[slot], robot, pose, habits.sight, desk.near)
+                draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
+                spoil_picture(desk.lines, looks.key[look, lens], drift[0], drift[1], faults, desk.dirt)
+                where = gaze(
+                    tracks, robot, looks.mount[look, lens], task, aim, looks.search[look, lens], desk.windows
+                )
+                count = read_edges_into(desk.picture, task, where, desk.reading, desk.markers)
+                told = _note(desk.markers, count, lens, told, desk.polar, desk.covariance, desk.lens)
+            if pictures > 0:
+                follow(
+                    tracks,
+                    robot,
+                    desk.polar[:told],
+                    desk.covariance[:told],
+                    desk.lens[:told],
+                    looks.mount[look],
+                    looks.turning[look],
+                    habits,
+                )
+            else:
+                lose_sight(tracks, robot, habits.law)
+        settle(tracks, robot, since[robot], habits.law, beliefs)
+        robot = ticket(counter)
 
 
 @compiled
@@ -261,7 +265,6 @@ def lose_sight(tracks: Tracks, robot: int, law: Law) -> None:
 
 
 @compiled
-def settle(tracks: Tracks, first: int, last: int, motion: FloatArray, law: Law, beliefs: Beliefs) -> None:
-    """Write what robots from first to before last believe; ``motion`` ``(r, 3)`` is since their last look."""
-    for robot in range(first, last):
-        believe(tracks, robot, motion[robot, 0], motion[robot, 1], motion[robot, 2], law, beliefs)
+def settle(tracks: Tracks, robot: int, motion: FloatArray, law: Law, beliefs: Beliefs) -> None:
+    """Write what a robot believes; ``motion`` ``(3,)`` is since its last look, as for :func:`anticipate`."""
+    believe(tracks, robot, motion[0], motion[1], motion[2], law, beliefs)

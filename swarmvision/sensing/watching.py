@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
+from swarmvision.compiled.ticket import Counter, ticket
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.config.sensor import CameraSensorConfig
@@ -19,7 +20,7 @@ from swarmvision.perception import Reader
 from swarmvision.perception.fuse import lens_rows
 from swarmvision.perception.gaze import Aim, Gaze, gaze, windows_room
 from swarmvision.perception.plan import Task
-from swarmvision.perception.track import Law, Tracks
+from swarmvision.perception.track import Beliefs, Law, Tracks
 from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
 from swarmvision.sensing.exposures import Looks
@@ -32,6 +33,7 @@ from swarmvision.sensing.watch import (
     follow,
     gather_near,
     lose_sight,
+    settle,
     watch,
 )
 
@@ -49,7 +51,7 @@ class Renderer(Protocol):
 
 
 class Watcher(Protocol):
-    """Does the looks of robots: from scenes to tracks."""
+    """Does the looks of robots: from scenes to beliefs."""
 
     parallel: bool
     """Whether threads may share it, robot by robot."""
@@ -60,8 +62,8 @@ class Watcher(Protocol):
         """Get ready for looks at scenes."""
         ...
 
-    def watch(self, first: int, last: int, tracks: Tracks) -> None:
-        """Do the looks of the robots from first to before last."""
+    def watch(self, counter: Counter, since: FloatArray, tracks: Tracks, beliefs: Beliefs) -> None:
+        """Do the looks of robots until none is left, see :func:`swarmvision.sensing.watch.watch`."""
         ...
 
 
@@ -132,15 +134,14 @@ class ByKernel:
             drift=self._imperfections.drift(looks.turn_rate),
         )
 
-    def watch(self, first: int, last: int, tracks: Tracks) -> None:
-        """Do the looks of the robots from first to before last."""
+    def watch(self, counter: Counter, since: FloatArray, tracks: Tracks, beliefs: Beliefs) -> None:
+        """Do the looks of robots until none is left."""
         if not hasattr(self._memory, "desk"):
             self._memory.desk = Desk.of(
                 self._lens, self._raycaster, self._imperfections.faults, self._robots, self._lenses
             )
         watch(
-            first,
-            last,
+            counter,
             self._looks,
             self._scenes,
             self._raycaster.stage,
@@ -148,7 +149,9 @@ class ByKernel:
             self._task,
             self._aim,
             self._memory.desk,
+            since,
             tracks,
+            beliefs,
             self._habits,
         )
 
@@ -178,12 +181,13 @@ class ByHand:
         """Note what to look at."""
         self._looks, self._scenes = looks, scenes
 
-    def watch(self, first: int, last: int, tracks: Tracks) -> None:
-        """Do the looks of the robots from first to before last."""
-        for robot in range(first, last):
+    def watch(self, counter: Counter, since: FloatArray, tracks: Tracks, beliefs: Beliefs) -> None:
+        """Do the looks of robots until none is left."""
+        while (robot := ticket(counter)) < len(since):
             self.pictures[robot] = []
             for look in range(self._looks.start[robot], self._looks.start[robot + 1]):
                 self._look(robot, look, tracks)
+            settle(tracks, robot, since[robot], self._habits.law, beliefs)
 
     def _look(self, robot: int, look: int, tracks: Tracks) -> None:
         looks = self._looks
