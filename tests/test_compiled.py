@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -89,6 +90,26 @@ def test_a_wide_kernel_keeps_its_attributes_and_asking_ahead_changes_nothing() -
     code = fresh.inspect_llvm(fresh.signatures[-1])
     assert '"prefer-vector-width"="512"' in code
     assert "llvm.prefetch" in code
+
+
+@pytest.mark.parametrize("collects", [True, False])
+def test_compiling_leaves_the_collection_of_garbage_as_it_was(collects: bool) -> None:
+    before, kernel = gc.isenabled(), cast("Any", _sum_of_halves)
+    fresh: Any = wide(kernel.py_func)
+    fresh._cache = NullCache()
+    try:
+        (gc.enable if collects else gc.disable)()
+        fresh.compile("float64(float64[:, ::1])")
+        assert gc.isenabled() == collects
+        with pytest.raises(Exception, match="astray"):
+            compiled(_astray)(1.0)
+        assert gc.isenabled() == collects
+    finally:
+        (gc.enable if before else gc.disable)()
+
+
+def _astray(value: float) -> float:
+    return value + astray  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
 def test_a_whole_has_every_part_that_its_parts_call() -> None:

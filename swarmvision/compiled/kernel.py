@@ -9,7 +9,9 @@ kernel compiles in less than half the time, and the code has the same steps in t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import gc
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from numba.core import codegen, compiler, event, sigutils, typing
@@ -95,7 +97,8 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
 
     def _compile_core(self, args: tuple[Any, ...], return_type: Any) -> Any:
         """Return a whole, ready to be called (numba's own hook)."""
-        result = self._build(_Whole, args, return_type)
+        with _no_collection():
+            result = self._build(_Whole, args, return_type)
         for environment in result._find_referenced_environments():  # its parts' too
             result.library.codegen.set_env(environment.env_name, environment)
         return result
@@ -121,6 +124,21 @@ class _Compiler(_FunctionCompiler):  # type: ignore[misc]
             library,
             self.pipeline_class,
         )
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Keep the garbage as it is: while a whole is compiled hardly anything dies of the millions of objects.
+
+    To go through them again and again takes a fifth of the time.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]

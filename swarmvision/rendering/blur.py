@@ -154,7 +154,6 @@ def find_changes(
         for i in range(n):
             kept[above, i] = image[y, i]
     words, spots, eights = kept.view(np.uint64), mask.view(np.uint64), told.view(np.uint64)
-    gathered = bits.view(np.uint8)
     for w in range(words.shape[1]):
         told[DOWN, w] = np.uint8(words[here, w] != words[above, w])
     if blurs:
@@ -164,10 +163,13 @@ def find_changes(
         for w in range(len(spots)):
             told[ALONG, w] = np.uint8(spots[w] != 0)
     for kind in range(2):
-        for k in range(eights.shape[1]):
-            # Eight bytes of 0 or 1, to eight bits in the uppermost byte.
-            eight = np.uint64(eights[kind, k] * np.uint64(0x0102040810204080))
-            gathered[y, kind, k] = np.uint8(eight >> np.uint64(56))
+        for k in range(bits.shape[2]):
+            gathered = np.uint64(0)
+            for j in range(8):
+                # Eight bytes of 0 or 1, to eight bits in the uppermost byte.
+                eight = np.uint64(eights[kind, 8 * k + j] * np.uint64(0x0102040810204080))
+                gathered |= (eight >> np.uint64(56)) << np.uint64(8 * j)
+            bits[y, kind, k] = gathered
     return here
 
 
@@ -177,14 +179,16 @@ def list_pieces(words: Longs, pieces: Places) -> int:
 
     ``pieces`` has room for all of them: it is as long as a row has pieces. A block's marks are a byte.
     """
-    count, half, marked = 0, len(pieces) // 2, words.view(np.uint8)
+    count, half = 0, len(pieces) // 2
     for k in range(len(words)):
-        if words[k] != 0:
+        marks = words[k]
+        if marks != 0:
             for b in range(8 * k, min(8 * (k + 1), half)):
                 # Written in any case, and kept where the count goes on: that is cheaper than to branch.
                 place = min(count, len(pieces) - 2)
                 pieces[place], pieces[place + 1] = b, half + b
-                count += 2 if marked[b] != 0 else 0
+                count += 2 if (marks & np.uint64(255)) != 0 else 0
+                marks >>= np.uint64(8)
     return count
 
 

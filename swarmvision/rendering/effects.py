@@ -44,7 +44,7 @@ from swarmvision.rendering.blur import (
 )
 from swarmvision.rendering.curve import OFFSET, PIECE, Levels, Places, Words, decode, encode
 
-SPREAD_ROWS = 32  # after which the spread is taken anew, whether the picture changes or not
+SPREAD_ROWS = 32  # after which the spread is taken anew where the light changes, and not the picture alone
 BRIGHTEST = 20000  # 1/64 codes: light beyond is clipped, so that it fits into 16 bits
 WHITE, GREY = 16351, 8160  # 1/64 codes: half a code below 256 and half a code below 128
 SHOWN_STD = 2048  # of a spread of 1 code
@@ -245,7 +245,8 @@ def spoil(
         counts[i] = 0
     for k in range(marks.shape[1]):
         marks[BLURRED, k] = 0
-    codes, line_bytes = kept.view(np.uint16), line.view(np.uint8)
+    codes = kept.view(np.uint16)
+    pairs = image.view(np.uint16) if n % 2 == 0 else codes
     read, side, page, seen_shift, soft = 0, 0, 0, 0, False
     for y in range(height):
         above, below = max(y - radius, 0), min(y + radius + 1, height)
@@ -296,14 +297,15 @@ def spoil(
             _gain_of_row(rows[y], columns, gain)
         if lights and (fresh > 0 or again):
             _light(every if again else some, plain, gain, least, most, row, shown)
-        if len(law) > 0 and (fresh > 0 or y % SPREAD_ROWS == 0):
-            _spread(every if y % SPREAD_ROWS == 0 else some, row, law, step, std)
+        drifted = y % SPREAD_ROWS == 0 and len(rows) > 0
+        if len(law) > 0 and (fresh > 0 or drifted):
+            _spread(every if drifted else some, row, law, step, std)
         state = state * LEHMER % LEHMER_PRIME
         if n % 2 == 0:
-            _store(shown, std, stream, STRIDE * (state % STARTS), image[y].view(np.uint16))
+            _store(shown, std, stream, STRIDE * (state % STARTS), pairs[y])
         else:
             _store(shown, std, stream, STRIDE * (state % STARTS), line)
             for i in range(n):
-                image[y, i] = line_bytes[i]
+                image[y, i] = np.uint8(line[i >> 1] >> np.uint16(8 * (i & 1)))
         if bits < 8:
             _drop_bits(image[y], bits)

@@ -91,7 +91,7 @@ class Imperfections:
         """
         if image.size == 0:
             return
-        shear, length = self.drift(turn_rate).tolist()
+        shear, length = self.drift(turn_rate).tolist() if turn_rate != 0.0 else (0.0, 0.0)
         if not hasattr(self._memory, "dirt"):
             self._memory.dirt = Dirt.of(self._lens.width_px, self.faults)
         lines = image.reshape(image.shape[0], -1)
