@@ -61,6 +61,10 @@ class Imperfections:
         self.faults = Faults(
             idle=not len(light.rows) and not len(law) and config.bits == 8 and len(psf) == 1,
             height_px=lens.height_px,
+            focal_px=lens.focal_px,
+            exposure_time=config.exposure_time,
+            readout_time=config.readout_time,
+            farthest=max(lens.width_px / 2.0 - len(psf) - 2.0, 0.0),
             psf=psf,
             down=_weights(psf),
             rows=light.rows,
@@ -91,28 +95,14 @@ class Imperfections:
         """
         if image.size == 0:
             return
-        shear, length = self.drift(turn_rate).tolist() if turn_rate != 0.0 else (0.0, 0.0)
         if not hasattr(self._memory, "dirt"):
             self._memory.dirt = Dirt.of(self._lens.width_px, self.faults)
         lines = image.reshape(image.shape[0], -1)
-        spoil_picture(lines, key, shear, length, self.faults, self._memory.dirt)
+        spoil_picture(lines, key, float(turn_rate), self.faults, self._memory.dirt)
         if self._config.bayer:
             image[:] = _mosaic(image)
         if self._config.jpeg_quality > 0:
             image[:] = _through_jpeg(image, self._config.jpeg_quality)
-
-    def drift(self, turn_rate: ArrayLike) -> FloatArray:
-        """Return what turns (rad/s) do: shift of a row over that above and blur (px), ``(..., 2)``.
-
-        Both are kept so small that no pixel comes from more than a picture's width away.
-        """
-        width, height = self._lens.width_px, self._lens.height_px
-        room = max(width / 2.0 - len(self.faults.psf) - 2.0, 0.0)
-        speed = self._lens.focal_px * np.asarray(turn_rate, dtype=np.float64)
-        shear = speed * self._config.readout_time / height
-        shift = np.minimum(np.abs(shear) * height / 2.0, room)
-        length = np.minimum(np.abs(speed) * self._config.exposure_time, room)
-        return np.stack([np.copysign(2.0 * shift / height, shear), length], axis=-1)
 
     def is_lost(self, key: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return whether pictures never arrive, ``(...)``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -24,6 +25,13 @@ class Faults(NamedTuple):
     idle: bool
     """Whether a lens that does not turn takes perfect pictures."""
     height_px: int
+    focal_px: float
+    exposure_time: float
+    """How long a row collects light (s)."""
+    readout_time: float
+    """From the first row to the last (s)."""
+    farthest: float
+    """No pixel comes from farther away in its row (px)."""
     psf: FloatArray
     down: Levels
     rows: Words
@@ -97,17 +105,20 @@ def aligned(shape: tuple[int, ...], kind: type[Number]) -> NDArray[Number]:
 
 
 @leaf
-def spoil_picture(image: Image, key: int, shear: float, length: float, faults: Faults, dirt: Dirt) -> None:
+def spoil_picture(image: Image, key: int, turn_rate: float, faults: Faults, dirt: Dirt) -> None:
     """Spoil a picture in place, without the interpreter; may be called by compiled code.
 
     Args:
         image: sRGB, ``(h, 3 w)``, contiguous.
         key: Decides all chance: the same key, the same picture.
-        shear: Shift of a row over the one above (px).
-        length: Of the motion blur (px).
+        turn_rate: Of the lens in the world (rad/s), left positive.
         faults: Of the camera.
         dirt: Of this thread alone.
     """
+    height, speed = faults.height_px, faults.focal_px * turn_rate
+    shear = speed * faults.readout_time / height
+    shear = math.copysign(2.0 * min(abs(shear) * height / 2.0, faults.farthest) / height, shear)
+    length = min(abs(speed) * faults.exposure_time, faults.farthest)
     if image.size == 0 or (faults.idle and shear == 0.0 and length == 0.0):
         return
     effects.spoil(

@@ -41,8 +41,6 @@ class Scenes(NamedTuple):
     """Poses, shape ``(s, m, 3)``."""
     slot: IntArray
     """Which of them each lens of each look shows, shape ``(n, c)``."""
-    drift: FloatArray
-    """What turning does to each picture: shear and blur, shape ``(n, c, 2)``."""
 
 
 class Shutter(NamedTuple):
@@ -158,10 +156,10 @@ def watch(
                     continue
                 pictures += 1
                 slot = scenes.slot[look, lens]
-                pose, drift = looks.pose[look, lens], scenes.drift[look, lens]
+                pose, turn_rate = looks.pose[look, lens], looks.turn_rate[look, lens]
                 near = gather_near(scenes.robots[slot], robot, pose, habits.sight, desk.near)
                 draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
-                spoil_picture(desk.lines, looks.key[look, lens], drift[0], drift[1], faults, desk.dirt)
+                spoil_picture(desk.lines, looks.key[look, lens], turn_rate, faults, desk.dirt)
                 where = gaze(
                     tracks, robot, looks.mount[look, lens], task, aim, looks.search[look, lens], desk.windows
                 )

@@ -131,7 +131,6 @@ class ByKernel:
             robots=poses.reshape(len(shown), self._robots, 3),
             objects=np.array(things, dtype=np.float64).reshape(len(shown), self._objects, 3),
             slot=np.searchsorted(shown, looks.scene),
-            drift=self._imperfections.drift(looks.turn_rate),
         )
 
     def watch(self, counter: Counter, since: FloatArray, tracks: Tracks, beliefs: Beliefs) -> None:
