@@ -32,11 +32,7 @@ AHEAD = 3  # rows that memory is asked for before they are looked at
 TAPS, LINES = 6, 3  # weights along a row and down a column that are added at once
 PHASES = 16  # places within a pixel that a row's shift is rounded to
 ALONG, DOWN = 0, 1  # where a row is not as it is a pixel to the right; where not as the row above
-LIGHT, BLURRED, FRESH = (
-    0,
-    1,
-    2,
-)  # words whose light is new, that the kernel blurs, whose value is new; see plan_row
+LIGHT, BLURRED, FRESH = range(3)  # words whose light is new, that the kernel blurs, whose value is new
 
 
 @leaf
