@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from swarmvision.compiled import leaf, wide
 from swarmvision.compiled.prefetch import prefetch
-from swarmvision.compiled.vectors import BLOCK, differing, lowest, uneven
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.curve import NEVER, PIECE, Levels, Places
 
@@ -27,6 +26,8 @@ Longs = NDArray[np.uint64]
 
 ONE = 1 << 16  # the sum of a kernel's weights; but one alone is 1 less
 FAINT = 200  # a weight that, at an end, is given to the next: 0.003
+BLOCK = 2 * PIECE  # bytes that they are of
+WORD = BLOCK // 8  # bytes whose changes are told by one bit, so that a block's are told by a byte
 LINE = 64  # bytes of a line of the cache
 AHEAD = 3  # rows that memory is asked for before they are looked at
 TAPS, LINES = 6, 3  # weights along a row and down a column that are added at once
@@ -104,7 +105,15 @@ def _tent_integral(x: float) -> float:
 
 @wide
 def find_changes(
-    image: Image, y: int, side: int, blurs: bool, kept: Image, bits: Longs, origin: Places
+    image: Image,
+    y: int,
+    side: int,
+    blurs: bool,
+    kept: Image,
+    mask: Image,
+    told: Image,
+    bits: Longs,
+    origin: Places,
 ) -> int:
     """Tell in which words a row has a pixel that is not as the one to its right, or as the one above.
 
@@ -115,7 +124,9 @@ def find_changes(
         y: Which row; rows are asked for in their order.
         side: Where in ``kept`` the row above is.
         blurs: Whether to ask to the right, too.
-        kept: In and out: rows without spoil, ``(2, m + BLOCK)``; m is 3 w, filled up to whole blocks.
+        kept: In and out: rows without spoil, ``(2, m)``; m is 3 w, filled up to whole blocks.
+        mask: Zeros, a byte for each of a row, ``(m,)``.
+        told: Zeros, a byte for each word, ``(2, 64 longs)``; longs are 64 words.
         bits: Out: words that differ ``ALONG`` and ``DOWN``, ``(h, 2, longs)``; not of rows as the one above.
         origin: Out: the first of the rows without a change that each row is one of, ``(h,)``.
 
@@ -135,18 +146,26 @@ def find_changes(
     here = 1 - above
     for i in range(n):
         kept[here, i] = image[y, i]
-    blocks = kept.shape[1] // BLOCK - 1
-    for i in range(n, BLOCK * blocks + 3):  # the last pixel goes on
-        kept[here, i] = kept[here, i - 3]
-    for k in range(bits.shape[2]):
-        down = along = np.uint64(0)
-        for j in range(min(8, blocks - 8 * k)):
-            place = BLOCK * (8 * k + j)
-            down |= differing(kept, here, above, place) << np.uint64(8 * j)
-            if blurs:
-                along |= uneven(kept, here, place, 3) << np.uint64(8 * j)
-        bits[y, DOWN, k] = down if y > 0 else np.uint64(0)  # above the first there is none
-        bits[y, ALONG, k] = along
+    if y == 0:  # there is none above
+        for i in range(n):
+            kept[above, i] = image[y, i]
+    words, spots, eights = kept.view(np.uint64), mask.view(np.uint64), told.view(np.uint64)
+    for w in range(words.shape[1]):
+        told[DOWN, w] = np.uint8(words[here, w] != words[above, w])
+    if blurs:
+        for i in range(n - 3):
+            one, two = kept[here, i], kept[here, i + 3]
+            mask[i] = np.uint8(np.uint8(max(one, two) - min(one, two)) & np.uint8(254))
+        for w in range(len(spots)):
+            told[ALONG, w] = np.uint8(spots[w] != 0)
+    for kind in range(2):
+        for k in range(bits.shape[2]):
+            gathered = np.uint64(0)
+            for j in range(8):
+                # Eight bytes of 0 or 1, to eight bits in the uppermost byte.
+                eight = np.uint64(eights[kind, 8 * k + j] * np.uint64(0x0102040810204080))
+                gathered |= (eight >> np.uint64(56)) << np.uint64(8 * j)
+            bits[y, kind, k] = gathered
     return here
 
 
@@ -157,23 +176,15 @@ def list_pieces(words: Longs, pieces: Places) -> int:
     ``pieces`` has room for all of them: it is as long as a row has pieces. A block's marks are a byte.
     """
     count, half = 0, len(pieces) // 2
-    for begin in range(0, len(words), 8):
-        blocks = np.uint64(0)
-        for k in range(begin, min(begin + 8, len(words))):
-            marks = words[k]
-            marks |= marks >> np.uint64(4)
-            marks |= marks >> np.uint64(2)
-            marks = (marks | (marks >> np.uint64(1))) & np.uint64(0x0101010101010101)
-            # Eight bytes of 0 or 1, to eight bits in the uppermost byte.
-            marks = np.uint64(marks * np.uint64(0x0102040810204080)) >> np.uint64(56)
-            blocks |= marks << np.uint64(8 * (k - begin))
-        while blocks != 0:
-            block = 8 * begin + lowest(blocks)
-            if block >= half:
-                break
-            pieces[count], pieces[count + 1] = block, half + block
-            blocks &= blocks - np.uint64(1)
-            count += 2
+    for k in range(len(words)):
+        marks = words[k]
+        if marks != 0:
+            for b in range(8 * k, min(8 * (k + 1), half)):
+                # Written in any case, and kept where the count goes on: that is cheaper than to branch.
+                place = min(count, len(pieces) - 2)
+                pieces[place], pieces[place + 1] = b, half + b
+                count += 2 if (marks & np.uint64(255)) != 0 else 0
+                marks >>= np.uint64(8)
     return count
 
 

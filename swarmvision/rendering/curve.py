@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.compiled import wide
-from swarmvision.compiled.vectors import BLOCK
 
 Words = NDArray[np.int16]
 Levels = NDArray[np.uint16]
 Places = NDArray[np.int64]
 
 FINE = 64  # steps of one code
-PIECE = BLOCK // 2  # numbers that are worked on together
+PIECE = 32  # numbers that are worked on together
 OFFSET = 898  # FINE * 255 * 0.055: where the power law has its zero
-# A piece's number shifted by that is 0. The compiler does not know, so it keeps what does not change where it
-# is used, and there it sees that it has 16 bits.
-NEVER = 40
+NEVER = (
+    40  # a piece's number shifted by that is 0, which the compiler does not know, so it keeps what does not
+)
+# change where it is used, and there it sees that it has 16 bits
 TOE, TOE_CODE = 256, 11 << 8  # light (1/65536) and code (1/256) below which the curve is a line
 GAMMA = 2.4  # of the power law
 DARKEST = (0.04045 + 0.055) / 1.055  # of w, see CURVE

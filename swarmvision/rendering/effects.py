@@ -26,12 +26,12 @@ import math
 import numpy as np
 
 from swarmvision.compiled import wide
-from swarmvision.compiled.vectors import WORD
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.blur import (
     BLURRED,
     DOWN,
     PHASES,
+    WORD,
     Image,
     Longs,
     blur_along,
@@ -175,6 +175,8 @@ def spoil(
     bits: int,
     curve: Levels,
     kept: Image,
+    mask: Image,
+    told: Image,
     changes: Longs,
     origin: Places,
     window: Longs,
@@ -212,6 +214,8 @@ def spoil(
         bits: Of a stored channel.
         curve: See :func:`swarmvision.rendering.curve.encode`.
         kept: See :func:`swarmvision.rendering.blur.find_changes`.
+        mask: Likewise, as the next three.
+        told: Likewise.
         changes: Likewise.
         origin: Likewise.
         window: See :func:`swarmvision.rendering.blur.plan_row`.
@@ -247,14 +251,14 @@ def spoil(
     for y in range(height):
         above, below = max(y - radius, 0), min(y + radius + 1, height)
         while read < below:
-            side = find_changes(image, read, side, blurs, kept, changes, origin)
+            side = find_changes(image, read, side, blurs, kept, mask, told, changes, origin)
             # Rows that are the same share a page.
             if blurs and origin[read] == read:
                 old, page = page, (page + 1) % size
                 for i in range(light.shape[1]):
                     light[page, i] = light[old, i]
                 new = list_pieces(changes[read, DOWN], lists[0])
-                decode(every if read == 0 else lists[0, :new], codes[side, :half], curve, light[page])
+                decode(every if read == 0 else lists[0, :new], codes[side], curve, light[page])
             held[read % size] = page
             read += 1
         news = y == 0
@@ -265,7 +269,7 @@ def spoil(
         bright, fresh = 0, 0
         if news and not blurs:
             fresh = len(every) if y == 0 else list_pieces(changes[y, DOWN], lists[1])
-            _widen(every if y == 0 else lists[1, :fresh], codes[side, :half], plain, shown)
+            _widen(every if y == 0 else lists[1, :fresh], codes[side], plain, shown)
         elif news or (moved and soft):
             phase = shift % PHASES
             if counts[phase] == 0:

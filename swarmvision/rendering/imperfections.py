@@ -27,11 +27,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarmvision.camera import Lens
 from swarmvision.colour import decode
-from swarmvision.compiled.vectors import BLOCK
 from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.data import BoolArray
 from swarmvision.geometry import FloatArray
-from swarmvision.rendering.blur import LINES, ONE, Image
+from swarmvision.rendering.blur import BLOCK, LINES, ONE, Image
 from swarmvision.rendering.curve import CURVE, FINE, OFFSET, PIECE
 from swarmvision.rendering.effects import GAIN_ONE, LEHMER, LEHMER_PRIME, SHOWN_STD, STARTS, STRIDE
 from swarmvision.rendering.spoiling import Dirt, Faults, aligned, spoil_picture

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.compiled import leaf
-from swarmvision.compiled.vectors import BLOCK, WORD
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering import effects
-from swarmvision.rendering.blur import LINES, PHASES, Image, Longs
+from swarmvision.rendering.blur import BLOCK, LINES, PHASES, WORD, Image, Longs
 from swarmvision.rendering.curve import PIECE, Levels, Places, Words
 from swarmvision.rendering.effects import LEHMER_PRIME
 
@@ -50,6 +49,8 @@ class Dirt(NamedTuple):
     """Memory of one thread, see the scratch of :func:`swarmvision.rendering.effects.spoil`."""
 
     kept: Image
+    mask: Image
+    told: Image
     changes: Longs
     origin: Places
     window: Longs
@@ -74,7 +75,9 @@ class Dirt(NamedTuple):
         lists = np.zeros((3, pieces), np.int64)
         lists[2] = np.arange(pieces).reshape(2, -1).T.ravel()
         return cls(
-            kept=aligned((2, m + BLOCK), np.uint8),
+            kept=aligned((2, m), np.uint8),
+            mask=aligned((m,), np.uint8),
+            told=aligned((2, 64 * longs), np.uint8),
             changes=np.zeros((faults.height_px, 2, longs), np.uint64),
             origin=np.zeros(faults.height_px, np.int64),
             window=np.zeros((2, 3 * longs), np.uint64),
@@ -135,6 +138,8 @@ def spoil_picture(image: Image, key: int, turn_rate: float, faults: Faults, dirt
         faults.bits,
         faults.curve,
         dirt.kept,
+        dirt.mask,
+        dirt.told,
         dirt.changes,
         dirt.origin,
         dirt.window,
