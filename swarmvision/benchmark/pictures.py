@@ -16,6 +16,7 @@ from swarmvision.benchmark.stage import (
     ARENA,
     DRAWN,
     LENS_POSE,
+    LENS_POSES,
     MARKER,
     NOISE,
     READ,
@@ -26,7 +27,7 @@ from swarmvision.benchmark.stage import (
     lens_of,
     with_tags,
 )
-from swarmvision.benchmark.timing import Absent, Call, Effort, Figure, medians
+from swarmvision.benchmark.timing import Absent, Call, Effort, Figure, difference, medians
 from swarmvision.camera import Lens
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.data import Scene
@@ -158,42 +159,32 @@ def _costs(lens: Lens, scene: Scene, neighbours: int, seconds: float) -> dict[st
         return lambda: renderer.render(scene, LENS_POSE, 0)
 
     picture = spoiled(lens, scene)
-    return medians(
+    found = medians(
         {
             "render": _render(lens, scene),
-            "spoil": _spoil(lens, scene),
+            "render_and_spoil": _render(lens, scene, IMPERFECTIONS["pi-v1"]),
             "edges": _read(lens, picture, "edges"),
             "pyrender_flat": rivals.attempt("pyrender", pyrender),
         },
         seconds,
     )
+    found["spoil"] = difference(found.pop("render_and_spoil"), found["render"])
+    return found
 
 
 def _render(lens: Lens, scene: Scene, faults: ImperfectionsConfig | None = None) -> Call:
+    """Return a picture from one of ``LENS_POSES`` after the other, spoiled where there are faults."""
     raycaster, keys = Raycaster(lens, ROBOT, ARENA), _Counter()
+    camera = None if faults is None else Imperfections(faults, lens)
     out = np.empty((lens.height_px, lens.width_px, 3), dtype=np.uint8)
-    if faults is None:
-        return lambda: raycaster.render(scene, LENS_POSE, 0, out)
-    camera = Imperfections(faults, lens)
 
     def render() -> None:
-        raycaster.render(scene, LENS_POSE, 0, out)
-        camera.spoil(out, keys.next(), TURN_RATE)
+        key = keys.next()
+        raycaster.render(scene, LENS_POSES[key % len(LENS_POSES)], 0, out)
+        if camera is not None:
+            camera.spoil(out, key, TURN_RATE)
 
     return render
-
-
-def _spoil(lens: Lens, scene: Scene) -> Call:
-    """Return the faults alone, on a fresh copy each time; the copy is part of the cost."""
-    camera, keys = Imperfections(IMPERFECTIONS["pi-v1"], lens), _Counter()
-    fresh = drawn(lens, scene)
-    out = fresh.copy()
-
-    def spoil() -> None:
-        out[:] = fresh
-        camera.spoil(out, keys.next(), TURN_RATE)
-
-    return spoil
 
 
 def _read(lens: Lens, picture: Image, method: str) -> Call:

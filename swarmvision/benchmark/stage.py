@@ -24,6 +24,11 @@ Image = NDArray[np.uint8]
 LENS, ROBOT, ARENA = Lens.from_config(LENSES["pi-v1"]), RobotConfig(), ARENAS["open"]
 MARKER = Marker.from_config(ROBOT.marker)
 LENS_POSE = np.array([RIGS["single"].forward, 0.0, 0.0])
+VIEWS = 16  # lens poses that are drawn in turn, for a processor learns one picture by heart,
+SWAY = np.radians(2.0)  # either way, and every neighbour is still whole
+LENS_POSES = LENS_POSE + np.column_stack(
+    [np.zeros((VIEWS, 2)), np.random.default_rng(VIEWS).uniform(-SWAY, SWAY, VIEWS)]
+)
 READ = 5  # neighbours in the picture that is read
 DRAWN = 8  # neighbours in the picture that is drawn
 TURN_RATE = 0.5  # rad/s; of the lens, so that motion blur and rolling shutter have work to do
