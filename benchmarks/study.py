@@ -106,7 +106,6 @@ def single() -> Iterator[Condition]:
         "Ferrante, aligned": ALIGNED,
         "Ferrante, aligned, scanning alone": ALIGNED.replace("{", '{alone="scan", ', 1),
         "following": law("follow"),
-        "following, scanning alone": 'controller={law="follow", alone="scan"}',
     }
     for title, setting in laws.items():
         yield Condition("10 robots", title, (*FLOCK, eyes, setting))
