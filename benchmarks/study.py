@@ -25,10 +25,15 @@ MEASURES = {
     "contacts_per_robot_minute": "contacts per robot and minute",
 }
 FLOCK = ("robots=10", "seconds=60")
-LAWS = {"kobot": "Kobot", "ferrante": "Ferrante"}
+LAWS = {
+    "Kobot": 'controller={law="kobot"}',
+    "Ferrante": 'controller={law="ferrante"}',
+    "Ferrante, as published": 'controller={law="ferrante", anticipation=0.0}',
+}
 ALIGNED = (
     'controller={law="ferrante", alignment_gain=1.0, exponent=2.0, strength=0.02, force_limit=2.0, '
-    "proximal_gain=1.5, speed_gain=0.1, turn_gain=2.0, top_speed=0.12, reach_factor=2.4}"
+    "proximal_gain=1.5, speed_gain=0.1, turn_gain=2.0, top_speed=0.12, reach_factor=2.4, "
+    "anticipation=0.0}"
 )
 """Ferrante's law with alignment."""
 CAREFUL = ('layers=[{layer="avoidance", slow_range=0.25, stop_range=0.13}]', "controller.speed=0.07")
@@ -83,18 +88,18 @@ def camera(rig: str, **settings: Any) -> str:
 
 
 def field_of_view() -> Iterator[Condition]:
-    for name, title in LAWS.items():
+    for title, setting in LAWS.items():
         for degrees in (54, 90, 135, 180, 225, 270, 315, 360):
-            yield Condition(title, float(degrees), (*FLOCK, truth(fov_deg=degrees), law(name)))
+            yield Condition(title, float(degrees), (*FLOCK, truth(fov_deg=degrees), setting))
 
 
 def rigs() -> Iterator[Condition]:
     for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
         pans = rig == "pan"
         eyes = camera(rig, **(LONG_MEMORY if pans else {}))
-        yield Condition("Kobot", rig, (*FLOCK, eyes, law("kobot"), *(CAREFUL if pans else ())))
-        yield Condition("Ferrante", rig, (*FLOCK, eyes, law("ferrante")))
-        yield Condition("Ferrante, aligned", rig, (*FLOCK, eyes, ALIGNED))
+        for title, setting in {**LAWS, "Ferrante, aligned": ALIGNED}.items():
+            careful = CAREFUL if pans and title == "Kobot" else ()
+            yield Condition(title, rig, (*FLOCK, eyes, setting, *careful))
 
 
 def single() -> Iterator[Condition]:
@@ -120,15 +125,15 @@ def sensors() -> Iterator[Condition]:
         "infrared ring": sensor("infrared-ring"),
         "ultrasonic": sensor("ultrasonic"),
     }
-    for name, title in LAWS.items():
-        for kind, setting in kinds.items():
-            yield Condition(title, kind, (*FLOCK, setting, law(name)))
+    for title, setting in LAWS.items():
+        for kind, eyes in kinds.items():
+            yield Condition(title, kind, (*FLOCK, eyes, setting))
 
 
 def latency() -> Iterator[Condition]:
-    for name, title in LAWS.items():
+    for title, setting in LAWS.items():
         for frames in (0, 1, 2, 3, 5, 7, 10):
-            yield Condition(title, float(frames), (*FLOCK, truth(latency=frames / 10), law(name)))
+            yield Condition(title, float(frames), (*FLOCK, truth(latency=frames / 10), setting))
 
 
 def scale() -> Iterator[Condition]:
@@ -140,9 +145,9 @@ def scale() -> Iterator[Condition]:
 
 
 def faults() -> Iterator[Condition]:
-    for name, title in LAWS.items():
+    for title, setting in LAWS.items():
         for fault, settings in FAULTS.items():
-            yield Condition(title, fault, (*FLOCK, camera("ring-7", **settings), law(name)))
+            yield Condition(title, fault, (*FLOCK, camera("ring-7", **settings), setting))
 
 
 def aggregation() -> Iterator[Condition]:

@@ -23,17 +23,16 @@ from swarmvision.controllers.crowd import crowd
 from swarmvision.controllers.law import Keys, Law
 from swarmvision.controllers.motion import glide, with_alone
 from swarmvision.controllers.proximal import proximal_force
+from swarmvision.controllers.recall import earlier_slot, recalled, tracked
 from swarmvision.data import Commands, IntArray, Senses
 from swarmvision.geometry import FloatArray, wrap
-
-UNKNOWN = -2  # track number of a slot that held nobody
 
 
 class Flow(NamedTuple):
     """What a robot saw last, by slot, shape ``(..., k)`` each."""
 
     track: IntArray
-    """Track number; ``UNKNOWN`` without."""
+    """Track number, as :func:`tracked` gives it."""
     range: FloatArray
     """m"""
     bearing: FloatArray
@@ -73,33 +72,23 @@ def sine_of_heading(flow: Flow, speed: float) -> FloatArray:
 
 
 def _seen(senses: Senses, before: Flow, config: MoshtaghConfig) -> Flow:
-    neighbours = senses.neighbours
-    others = crowd(neighbours, np.inf)
-    known = others.counts & (neighbours.track >= 0)
-    bearing = np.angle(others.towards)
-    same = known[..., :, None] & (neighbours.track[..., :, None] == before.track[..., None, :])
-    again = np.any(same, axis=-1)
-
-    def last(values: FloatArray) -> FloatArray:
-        """Return what a value was for the same neighbour; nan where it was not seen."""
-        found = np.sum(np.where(same, np.nan_to_num(values, nan=0.0)[..., None, :], 0.0), axis=-1)
-        missing = np.any(same & np.isnan(values)[..., None, :], axis=-1)
-        return np.where(again & ~missing, found, np.nan)
-
-    turned = wrap(bearing - last(before.bearing)) / senses.dt
+    others = crowd(senses.neighbours, np.inf)
+    track, bearing = tracked(senses, others), np.angle(others.towards)
+    slot = earlier_slot(track, before.track)
+    turned = wrap(bearing - recalled(before.bearing, slot)) / senses.dt
     line_rate = turned + senses.turn_rate[..., None]
-    looming = (others.distance / last(before.range) - 1.0) / senses.dt
+    looming = (others.distance / recalled(before.range, slot) - 1.0) / senses.dt
     share = senses.dt / (senses.dt + config.smoothing)
 
     def smoothed(old: FloatArray, new: FloatArray) -> FloatArray:
         return np.where(np.isnan(old), new, old + share * (new - old))
 
     return Flow(
-        np.where(known, neighbours.track, UNKNOWN),
+        track,
         others.distance,
         bearing,
-        smoothed(last(before.line_rate), line_rate),
-        smoothed(last(before.looming), looming),
+        smoothed(recalled(before.line_rate, slot), line_rate),
+        smoothed(recalled(before.looming, slot), looming),
     )
 
 

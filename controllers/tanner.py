@@ -22,6 +22,7 @@ from swarmvision.config.controller import TannerConfig
 from swarmvision.controllers.crowd import ComplexArray, Crowd, crowd
 from swarmvision.controllers.law import Keys, Law
 from swarmvision.controllers.motion import accelerated, own_velocity, with_alone
+from swarmvision.controllers.recall import NOWHERE, earlier_slot
 from swarmvision.data import BoolArray, Commands, IntArray, Senses
 from swarmvision.geometry import FloatArray
 
@@ -73,8 +74,7 @@ def potential_force(distance: FloatArray, config: TannerConfig) -> FloatArray:
 
 def _tied(links: Links, track: IntArray) -> BoolArray:
     """Return which slots ``(..., k)`` hold somebody to whom the robot is tied."""
-    same = track[..., :, None] == links.tracks[..., None, :]
-    return np.asarray(np.any(same & (track[..., :, None] >= 0), axis=-1))
+    return np.asarray(earlier_slot(track, links.tracks) != NOWHERE)
 
 
 def _adopted(links: Links, track: IntArray, near: BoolArray) -> Links:

@@ -53,6 +53,9 @@ FLIGHTS = (
 )
 """One round; of the flocking demo's density and around it, in disorder and, the last two, in order."""
 
+PILOTS = {"wander": 'law="kobot"', "ferrante": 'law="ferrante",anticipation=0.0'}
+"""Where a pilot is not a law as it comes. Anticipation came after the error model was fitted."""
+
 ERRORS = ("range_error", "bearing_error", "heading_error")
 STDS = ("range_std", "bearing_std", "heading_std")
 COLUMNS = (
@@ -101,13 +104,13 @@ def record(
 
 def flown(flight: Flight, sensor: str, reach: float) -> ScenarioConfig:
     """Return the scenario of a flight, seen by a sensor of some reach (m)."""
-    law = flight.pilot if flight.pilot != "wander" else "kobot"
+    law = PILOTS.get(flight.pilot, f'law="{flight.pilot}"')
     return packaged_scenario(
         "flocking",
         [
             f"robots={flight.robots}",
             f"start.radius={flight.radius}",
-            f'controller={{law="{law}"}}',
+            f"controller={{{law}}}",
             f'sensor={{kind="{sensor}",reach={reach}}}',
         ],
     )

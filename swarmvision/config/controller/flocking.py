@@ -110,6 +110,12 @@ class FerranteConfig(Settings):
     alignment_gain: Gain = 0.0
     """Weight of the mean heading, the paper's alpha; 0 is flocking without alignment."""
 
+    anticipation: Seconds = 0.6
+    """The force is that between the places this far ahead (s); 0 is the paper's law."""
+
+    smoothing: Seconds = 0.3
+    """Time constant of the velocities that tell those places (s)."""
+
     goal_gain: Gain = 0.25
     """Weight of the goal's direction for those who know it, the paper's gamma."""
 
