@@ -50,7 +50,8 @@ def plot_outcomes(
         _panel(panel, key, outcomes)
         panel.set(xlabel=axis, title=name)
         panel.grid(alpha=0.3)
-    panels[0].legend(fontsize=8)
+    series = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
+    figure.legend(series.values(), series, loc="outside lower center", ncols=max(len(series), 1), fontsize=9)
     figure.suptitle(title)
     try:
         figure.savefig(path, metadata={"Software": None})
@@ -60,7 +61,8 @@ def plot_outcomes(
 
 def _panel(panel: Axes, key: str, outcomes: Sequence[Outcome]) -> None:
     names = list(dict.fromkeys(o.place for o in outcomes if isinstance(o.place, str)))
-    for number, series in enumerate(dict.fromkeys(o.series for o in outcomes)):
+    all_series = list(dict.fromkeys(o.series for o in outcomes))
+    for number, series in enumerate(all_series):
         mine = [o for o in outcomes if o.series == series and o.values.get(key)]
         if not mine:
             continue
@@ -68,7 +70,7 @@ def _panel(panel: Axes, key: str, outcomes: Sequence[Outcome]) -> None:
         low, middle, high = np.array([np.percentile(o.values[key], (25, 50, 75)) for o in mine]).T
         colour = COLOURS[number % len(COLOURS)]
         if names:  # names have no order that a line could follow
-            shift = 0.06 * number
+            shift = 0.1 * (number - (len(all_series) - 1) / 2.0)
             spread = (middle - low, high - middle)
             panel.errorbar(
                 np.array(x) + shift, middle, spread, fmt="o", color=colour, label=series, capsize=3
