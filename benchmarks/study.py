@@ -36,6 +36,7 @@ ALIGNED = (
     "anticipation=0.0}"
 )
 """Ferrante's law with alignment."""
+ALIGNED_TOO = {**LAWS, "Ferrante, aligned": ALIGNED}
 CAREFUL = ('layers=[{layer="avoidance", slow_range=0.25, stop_range=0.13}]', "controller.speed=0.07")
 """For eyes that see a neighbour every other second."""
 LONG_MEMORY = {"tracker": "{memory=2.0}"}
@@ -97,7 +98,7 @@ def rigs() -> Iterator[Condition]:
     for rig in ("single", "pan", "ring-2", "ring-4", "ring-7"):
         pans = rig == "pan"
         eyes = camera(rig, **(LONG_MEMORY if pans else {}))
-        for title, setting in {**LAWS, "Ferrante, aligned": ALIGNED}.items():
+        for title, setting in ALIGNED_TOO.items():
             careful = CAREFUL if pans and title == "Kobot" else ()
             yield Condition(title, rig, (*FLOCK, eyes, setting, *careful))
 
@@ -145,7 +146,7 @@ def scale() -> Iterator[Condition]:
 
 
 def faults() -> Iterator[Condition]:
-    for title, setting in LAWS.items():
+    for title, setting in ALIGNED_TOO.items():
         for fault, settings in FAULTS.items():
             yield Condition(title, fault, (*FLOCK, camera("ring-7", **settings), setting))
 
