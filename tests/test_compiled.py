@@ -81,6 +81,21 @@ def _sum_of_halves(halves: Any) -> float:
     return total
 
 
+def test_a_kernel_of_a_module_that_nobody_can_import_works_in_every_process(tmp_path: Path) -> None:
+    file = tmp_path / "apart.py"
+    file.write_text(
+        "from swarmvision.compiled import compiled\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
+    )
+    load = (
+        "import importlib.util as i\n"
+        f"spec = i.spec_from_file_location('apart', {str(file)!r})\n"
+        "module = i.module_from_spec(spec); spec.loader.exec_module(module); print(module.twice(3.0))"
+    )
+    for _ in range(2):
+        told = subprocess.run([sys.executable, "-P", "-c", load], capture_output=True, text=True, check=True)
+        assert told.stdout == "6.0\n"
+
+
 def test_a_wide_kernel_keeps_its_attributes_and_asking_ahead_changes_nothing() -> None:
     kernel: Any = _sum_of_halves
     assert kernel(np.arange(10.0).reshape(2, 5)) == -25.0

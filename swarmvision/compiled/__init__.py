@@ -6,6 +6,7 @@ written once, as plain loops. No ``fastmath``: the same seed gives the same byte
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -74,7 +75,8 @@ def _compiled(
     if not HAS_NUMBA:
         return function
     kernel: Any = Kernel(function, apart=apart, attributes=attributes, targetoptions={**OPTIONS, **options})
-    kernel.enable_caching()
+    if function.__module__ in sys.modules:  # what is kept is found again by the name of its module
+        kernel.enable_caching()
     file: Any = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if hasattr(file, "_source_stamp"):  # numba's own, and not promised
         file._source_stamp = Stamp(function.__module__)
