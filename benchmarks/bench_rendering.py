@@ -79,7 +79,7 @@ def main() -> None:
             scenes = [neighbours(count, seed) for seed in range(SCENES)]
 
             def by_kernel(scene: Scene) -> None:
-                draw(lines, EYE, scene.pose, -1, scene.object_pose, raycaster.stage, scratch)  # noqa: B023
+                draw(lines, EYE, scene.pose, -1, scene.object_pose, raycaster.stage, scratch, True)  # noqa: B023
 
             def by_python(scene: Scene) -> None:
                 raycaster.render(scene, EYE, None, image)  # noqa: B023

@@ -32,6 +32,7 @@ from swarmvision.camera import Lens
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.data import Scene
 from swarmvision.perception import Reader
+from swarmvision.rendering.exposing import photograph
 from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
 
@@ -127,9 +128,8 @@ def drawn(lens: Lens, scene: Scene) -> Image:
 
 def spoiled(lens: Lens, scene: Scene, turn_rate: float = TURN_RATE) -> Image:
     """Return a picture by the Pi camera of a robot that turns (rad/s)."""
-    image = drawn(lens, scene)
-    Imperfections(IMPERFECTIONS["pi-v1"], lens).spoil(image, 1, turn_rate)
-    return image
+    raycaster, camera = Raycaster(lens, ROBOT, ARENA), Imperfections(IMPERFECTIONS["pi-v1"], lens)
+    return photograph(raycaster, camera, scene, LENS_POSE, 0, key=1, turn_rate=turn_rate)
 
 
 def _beside(
@@ -180,9 +180,11 @@ def _render(lens: Lens, scene: Scene, faults: ImperfectionsConfig | None = None)
 
     def render() -> None:
         key = keys.next()
-        raycaster.render(scene, LENS_POSES[key % len(LENS_POSES)], 0, out)
-        if camera is not None:
-            camera.spoil(out, key, TURN_RATE)
+        pose = LENS_POSES[key % len(LENS_POSES)]
+        if camera is None:
+            raycaster.render(scene, pose, 0, out)
+        else:
+            photograph(raycaster, camera, scene, pose, 0, key=key, turn_rate=TURN_RATE, out=out)
 
     return render
 

@@ -127,7 +127,8 @@ def find_changes(
         kept: In and out: rows without spoil, ``(2, m)``; m is 3 w, filled up to whole blocks.
         mask: Zeros, a byte for each of a row, ``(m,)``.
         told: Zeros, a byte for each word, ``(2, 64 longs)``; longs are 64 words.
-        bits: Out: words that differ ``ALONG`` and ``DOWN``, ``(h, 2, longs)``; not of rows as the one above.
+        bits: Out: words that differ ``ALONG``, if that is asked, and ``DOWN``, ``(h, 2, longs)``; not of rows
+            as the one above.
         origin: Out: the first of the rows without a change that each row is one of, ``(h,)``.
 
     Returns:
@@ -158,7 +159,7 @@ def find_changes(
             mask[i] = np.uint8(np.uint8(max(one, two) - min(one, two)) & np.uint8(254))
         for w in range(len(spots)):
             told[ALONG, w] = np.uint8(spots[w] != 0)
-    for kind in range(2):
+    for kind in range(ALONG if blurs else DOWN, 2):
         for k in range(bits.shape[2]):
             gathered = np.uint64(0)
             for j in range(8):

@@ -174,6 +174,7 @@ def spoil(
     state: int,
     bits: int,
     curve: Levels,
+    alike: Places,
     kept: Image,
     mask: Image,
     told: Image,
@@ -213,6 +214,8 @@ def spoil(
         state: Of the generator that tells where each row's window begins, 1 to 2^31 - 2.
         bits: Of a stored channel.
         curve: See :func:`swarmvision.rendering.curve.encode`.
+        alike: Rows before the first number are as the first of all, rows behind the second are as that; they
+            are not looked at.
         kept: See :func:`swarmvision.rendering.blur.find_changes`.
         mask: Likewise, as the next three.
         told: Likewise.
@@ -251,7 +254,10 @@ def spoil(
     for y in range(height):
         above, below = max(y - radius, 0), min(y + radius + 1, height)
         while read < below:
-            side = find_changes(image, read, side, blurs, kept, mask, told, changes, origin)
+            if 0 < read < alike[0] or read > alike[1]:
+                origin[read] = origin[read - 1]
+            else:
+                side = find_changes(image, read, side, blurs, kept, mask, told, changes, origin)
             # Rows that are the same share a page.
             if blurs and origin[read] == read:
                 old, page = page, (page + 1) % size

@@ -85,6 +85,14 @@ class Imperfections:
         """Whether :func:`swarmvision.rendering.spoiling.spoil_picture` is the whole of it."""
         return not self._config.bayer and self._config.jpeg_quality == 0
 
+    @property
+    def dirt(self) -> Dirt:
+        """This thread's own memory."""
+        if not hasattr(self._memory, "dirt"):
+            self._memory.dirt = Dirt.of(self._lens.width_px, self.faults)
+        dirt: Dirt = self._memory.dirt
+        return dirt
+
     def spoil(self, image: Image, key: int, turn_rate: float = 0.0) -> None:
         """Spoil a picture in place.
 
@@ -95,10 +103,8 @@ class Imperfections:
         """
         if image.size == 0:
             return
-        if not hasattr(self._memory, "dirt"):
-            self._memory.dirt = Dirt.of(self._lens.width_px, self.faults)
-        lines = image.reshape(image.shape[0], -1)
-        spoil_picture(lines, key, float(turn_rate), self.faults, self._memory.dirt)
+        lines, alike = image.reshape(image.shape[0], -1), np.array([0, len(image)])
+        spoil_picture(lines, alike, key, float(turn_rate), self.faults, self.dirt)
         if self._config.bayer:
             image[:] = _mosaic(image)
         if self._config.jpeg_quality > 0:

@@ -63,6 +63,16 @@ class Raycaster:
         self._maps = _bending_maps(lens) if lens.is_distorted else None
         self._memory = threading.local()
 
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Of a picture."""
+        return (self._lens.height_px, self._lens.width_px, 3)
+
+    @property
+    def by_kernel(self) -> bool:
+        """Whether :func:`draw` is the whole of it."""
+        return self._maps is None
+
     def scratch(self, robots: int) -> Scratch:
         """Return memory for :func:`draw` with up to so many robots, for one thread."""
         return Scratch.of(self._lens, self.stage, robots)
@@ -81,7 +91,7 @@ class Raycaster:
         Returns:
             sRGB, shape ``(h, w, 3)``.
         """
-        shape = (self._lens.height_px, self._lens.width_px, 3)
+        shape = self.shape
         image = out if out is not None and out.flags.c_contiguous else np.empty(shape, dtype=np.uint8)
         draw(
             image.reshape(shape[0], -1),
@@ -90,7 +100,8 @@ class Raycaster:
             -1 if observer is None else observer,
             scene.object_pose,
             self.stage,
-            self._own_scratch(scene.robots),
+            self.brushes(scene.robots),
+            True,
         )
         if self._maps is not None:
             image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
@@ -99,8 +110,8 @@ class Raycaster:
         out[:] = image
         return out
 
-    def _own_scratch(self, robots: int) -> Scratch:
-        """Return this thread's memory."""
+    def brushes(self, robots: int) -> Scratch:
+        """Return this thread's own memory for pictures with up to so many robots."""
         memory = self._memory
         if getattr(memory, "robots", -1) < robots:
             memory.robots = max(robots, ROOM)
@@ -125,6 +136,7 @@ def draw(
     objects: FloatArray,
     stage: Stage,
     scratch: Scratch,
+    whole: bool,
 ) -> None:
     """Draw one picture; allocates nothing, needs no interpreter, and may be called by compiled code.
 
@@ -136,6 +148,7 @@ def draw(
         objects: Poses of the arena's objects in the world, ``(n, 3)``.
         stage: Of the :class:`Raycaster`.
         scratch: Of :meth:`Raycaster.scratch`, for as many robots or more.
+        whole: Whether to write all rows; else only the first of each run that ``scratch.alike`` tells of.
     """
     height, width = image.shape[0], image.shape[1] // 3
     view, light, solid, window = stage.optics, scratch.light, scratch.solid, scratch.window
@@ -146,6 +159,7 @@ def draw(
     used = _cull(width, lens_pose, robots, observer, objects, stage, scratch.solids, scratch.parts)
     _sort(used, view, scratch.solids, scratch.order)
     _hide(used, stage, scratch)
+    _bound(used, height, stage, scratch)
     # All in one loop, for handing over the arrays of a sheet at several places costs compile time.
     for j in range(-1, used):
         if j < 0:
@@ -209,7 +223,16 @@ def draw(
             window[0], window[1] = 0, height
             if part == COURT:
                 sides = spans
-                _fill_rows(image, window, view[2], scratch.plan, scratch.profile, stage.backdrop)
+                _fill_rows(
+                    image,
+                    window,
+                    scratch.alike,
+                    whole,
+                    view[2],
+                    scratch.plan,
+                    scratch.profile,
+                    stage.backdrop,
+                )
             if spans > 0:
                 paint_sheet(
                     image,
@@ -237,9 +260,19 @@ def draw(
 
 @leaf
 def _fill_rows(
-    image: Image, window: Places, horizon: float, plan: Singles, profile: Singles, backdrop: Image
+    image: Image,
+    window: Places,
+    alike: Places,
+    whole: bool,
+    horizon: float,
+    plan: Singles,
+    profile: Singles,
+    backdrop: Image,
 ) -> None:
-    """Paint whole rows of what is beyond the walls and of floor; leave those between in the window."""
+    """Paint whole rows of what is beyond the walls and of floor; leave those between in the window.
+
+    ``alike`` tells which of them nothing stands before, and is told which of those the court leaves whole.
+    """
     height, width = image.shape[0], image.shape[1] // 3
     near = profile[NEAR]
     least = most = near[0]
@@ -249,8 +282,10 @@ def _fill_rows(
     bottom = horizon - plan[RISE, 2] * most
     first = min(max(math.floor(top), 0), height)
     last = max(min(math.ceil(bottom), height), first)
+    alike[0], alike[1] = min(alike[0], first), max(alike[1], last)
     for y in range(height):
-        if y < first or y >= last:
+        as_above = 0 < y < alike[0] or y > alike[1]
+        if (y < first or y >= last) and (whole or not as_above):
             band = 0 if y < first else 1
             for i in range(3 * width):
                 image[y, i] = backdrop[band, i]
@@ -370,6 +405,21 @@ def _hide(used: int, stage: Stage, scratch: Scratch) -> None:
                         covered[0, c], covered[1, c] = min(top, covered[0, c]), max(bottom, covered[1, c])
                     elif bottom - top > covered[1, c] - covered[0, c]:
                         covered[0, c], covered[1, c] = top, bottom
+
+
+@leaf
+def _bound(used: int, height: int, stage: Stage, scratch: Scratch) -> None:
+    """Tell which rows, from the top and from the bottom, no solid can stand before."""
+    focal, horizon, level = stage.optics[0], stage.optics[2], stage.optics[3]
+    first, last = height, 0
+    for i in range(used):
+        x, radius, part = scratch.solids[i, X], scratch.solids[i, ROUND], scratch.parts[i]
+        near, far = focal / max(x - radius, NEAREST), focal / max(x + radius, NEAREST)
+        for p in range(part, (MARKER if part == BODY else part) + 1):
+            over, under = stage.heights[p, 0] - level, stage.heights[p, stage.kinds[p, 1]] - level
+            first = min(first, math.floor(horizon - over * (near if over > 0.0 else far) - SURE))
+            last = max(last, math.ceil(horizon - under * (near if under < 0.0 else far) + SURE))
+    scratch.alike[0], scratch.alike[1] = max(first, 0), min(last, height)
 
 
 @leaf

@@ -105,11 +105,15 @@ def aligned(shape: tuple[int, ...], kind: type[Number]) -> NDArray[Number]:
 
 
 @leaf
-def spoil_picture(image: Image, key: int, turn_rate: float, faults: Faults, dirt: Dirt) -> None:
+def spoil_picture(
+    image: Image, alike: Places, key: int, turn_rate: float, faults: Faults, dirt: Dirt
+) -> None:
     """Spoil a picture in place, without the interpreter; may be called by compiled code.
 
     Args:
         image: sRGB, ``(h, 3 w)``, contiguous.
+        alike: Rows before the first number are as the first of all, rows behind the second are as that; they
+            need not be there.
         key: Decides all chance: the same key, the same picture.
         turn_rate: Of the lens in the world (rad/s), left positive.
         faults: Of the camera.
@@ -119,7 +123,13 @@ def spoil_picture(image: Image, key: int, turn_rate: float, faults: Faults, dirt
     shear = speed * faults.readout_time / height
     shear = math.copysign(2.0 * min(abs(shear) * height / 2.0, faults.farthest) / height, shear)
     length = min(abs(speed) * faults.exposure_time, faults.farthest)
-    if image.size == 0 or (faults.idle and shear == 0.0 and length == 0.0):
+    if image.size == 0:
+        return
+    if faults.idle and shear == 0.0 and length == 0.0:
+        for y in range(1, height):
+            if y < alike[0] or y > alike[1]:
+                for i in range(image.shape[1]):
+                    image[y, i] = image[y - 1, i]
         return
     effects.spoil(
         image,
@@ -137,6 +147,7 @@ def spoil_picture(image: Image, key: int, turn_rate: float, faults: Faults, dirt
         1 + key % (LEHMER_PRIME - 1),
         faults.bits,
         faults.curve,
+        alike,
         dirt.kept,
         dirt.mask,
         dirt.told,

@@ -101,6 +101,8 @@ class Scratch(NamedTuple):
     """x, y, yaw in the lens frame, half length or radius, half width: of one part."""
     window: Places
     """Rows that may be painted."""
+    alike: Places
+    """Out: rows before the first number are all alike, and so are those from the second on."""
     solids: FloatArray
     """Robots and objects in view."""
     order: Places
@@ -129,6 +131,7 @@ class Scratch(NamedTuple):
             light=np.zeros(5),
             solid=np.zeros(5),
             window=np.zeros(2, dtype=np.int64),
+            alike=np.zeros(2, dtype=np.int64),
             solids=np.zeros((solids, SOLID)),
             order=np.zeros(solids, dtype=np.int64),
             parts=np.zeros(solids, dtype=np.int64),

@@ -25,8 +25,9 @@ from swarmvision.perception.look import Ints
 from swarmvision.perception.plan import Scratch, Task
 from swarmvision.perception.track import Beliefs, Law, Tracks, believe, forget, predict, take_in
 from swarmvision.rendering.blur import Image
-from swarmvision.rendering.raycast import Raycaster, draw
-from swarmvision.rendering.spoiling import Dirt, Faults, spoil_picture
+from swarmvision.rendering.exposing import expose
+from swarmvision.rendering.raycast import Raycaster
+from swarmvision.rendering.spoiling import Dirt, Faults
 from swarmvision.rendering.stage import Scratch as Brushes
 from swarmvision.rendering.stage import Stage
 from swarmvision.sensing.exposures import Looks
@@ -158,8 +159,19 @@ def watch(
                 slot = scenes.slot[look, lens]
                 pose, turn_rate = looks.pose[look, lens], looks.turn_rate[look, lens]
                 near = gather_near(scenes.robots[slot], robot, pose, habits.sight, desk.near)
-                draw(desk.lines, pose, desk.near[:near], -1, scenes.objects[slot], stage, desk.brushes)
-                spoil_picture(desk.lines, looks.key[look, lens], turn_rate, faults, desk.dirt)
+                expose(
+                    desk.lines,
+                    pose,
+                    desk.near[:near],
+                    -1,
+                    scenes.objects[slot],
+                    stage,
+                    desk.brushes,
+                    looks.key[look, lens],
+                    turn_rate,
+                    faults,
+                    desk.dirt,
+                )
                 where = gaze(
                     tracks, robot, looks.mount[look, lens], task, aim, looks.search[look, lens], desk.windows
                 )
