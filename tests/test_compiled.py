@@ -96,6 +96,20 @@ def test_a_kernel_of_a_module_that_nobody_can_import_works_in_every_process(tmp_
         assert told.stdout == "6.0\n"
 
 
+def test_what_is_kept_is_fetched_without_all_that_compiling_needs(tmp_path: Path) -> None:
+    (tmp_path / "kept.py").write_text(
+        "from swarmvision.compiled import compiled\n@compiled\ndef first(x):\n    return x[0]\n"
+    )
+    ask = "import sys, numpy, kept; print(kept.first(numpy.ones(3)), 'numba.np.linalg' in sys.modules)"
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    ]
+    assert told == ["1.0 True\n", "1.0 False\n"]
+
+
 def test_a_wide_kernel_keeps_its_attributes_and_asking_ahead_changes_nothing() -> None:
     kernel: Any = _sum_of_halves
     assert kernel(np.arange(10.0).reshape(2, 5)) == -25.0

@@ -16,9 +16,11 @@ from typing import Any
 
 from numba.core import codegen, compiler, event, sigutils, typing
 from numba.core import types as _types
+from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 
 types: Any = _types  # its names come by star
 FLAGS_HASH = hash(tuple(sorted(compiler.Flags.options)))
@@ -45,6 +47,10 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
         self._parts: dict[Any, tuple[Any, object]] = {}
         """Signature and the target's name of each part, by the types of its arguments."""
 
+    def enable_caching(self) -> None:
+        """Keep what is compiled on disk."""
+        self._cache = _Kept(self.py_func)
+
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Tell a kernel that is being typed what calling this one means; constants are values."""
         pysig, args = self._compiler.fold_argument_types(args, kws)
@@ -68,6 +74,20 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]  # numba is untyped
         name = object()
         self.targetctx.insert_user_function(name, part.fndesc, [part.library])
         return part.signature, name
+
+
+class _Kept(FunctionCache):  # type: ignore[misc]
+    """What is kept on disk, fetched without what only compiling needs.
+
+    numba imports all that it can compile, SciPy's linear algebra too, before it looks for what is kept; and
+    again before it compiles.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the whole for a signature, None where none is kept (numba's own hook)."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():  # a file that cannot be read is none
+            return self._load_overload(sig, target_context)
 
 
 class _Flags(compiler.Flags):  # type: ignore[misc]
