@@ -25,18 +25,12 @@ MEASURES = {
     "contacts_per_robot_minute": "contacts per robot and minute",
 }
 FLOCK = ("robots=10", "seconds=60")
-LAWS = {
-    "Kobot": 'controller={law="kobot"}',
-    "Ferrante": 'controller={law="ferrante"}',
-    "Ferrante, as published": 'controller={law="ferrante", anticipation=0.0}',
-}
 ALIGNED = (
     'controller={law="ferrante", alignment_gain=1.0, exponent=2.0, strength=0.02, force_limit=2.0, '
     "proximal_gain=1.5, speed_gain=0.1, turn_gain=2.0, top_speed=0.12, reach_factor=2.4, "
     "anticipation=0.0}"
 )
 """Ferrante's law with alignment."""
-ALIGNED_TOO = {**LAWS, "Ferrante, aligned": ALIGNED}
 CAREFUL = ('layers=[{layer="avoidance", slow_range=0.25, stop_range=0.13}]', "controller.speed=0.07")
 """For eyes that see a neighbour every other second."""
 LONG_MEMORY = {"tracker": "{memory=2.0}"}
@@ -71,13 +65,17 @@ class Question:
     measures: dict[str, str] = field(default_factory=lambda: MEASURES)
 
 
-def law(name: str) -> str:
-    return f'controller={{law="{name}"}}'
+def inline(part: str, tag: str, name: str, **settings: Any) -> str:
+    inner = "".join(f", {key}={value}" for key, value in settings.items())
+    return f'{part}={{{tag}="{name}"{inner}}}'
+
+
+def law(name: str, **settings: Any) -> str:
+    return inline("controller", "law", name, **settings)
 
 
 def sensor(kind: str, **settings: Any) -> str:
-    inner = "".join(f", {key}={value}" for key, value in settings.items())
-    return f'sensor={{kind="{kind}"{inner}}}'
+    return inline("sensor", "kind", kind, **settings)
 
 
 def truth(**settings: Any) -> str:
@@ -86,6 +84,14 @@ def truth(**settings: Any) -> str:
 
 def camera(rig: str, **settings: Any) -> str:
     return sensor("camera", rig=f'"{rig}"', **settings)
+
+
+LAWS = {
+    "Kobot": law("kobot"),
+    "Ferrante": law("ferrante"),
+    "Ferrante, as published": law("ferrante", anticipation=0.0),
+}
+ALIGNED_TOO = {**LAWS, "Ferrante, aligned": ALIGNED}
 
 
 def field_of_view() -> Iterator[Condition]:
@@ -108,7 +114,7 @@ def single() -> Iterator[Condition]:
     eyes = camera("single", **LONG_MEMORY)
     laws = {
         "Kobot": law("kobot"),
-        "Kobot, scanning alone": 'controller={law="kobot", alone="scan"}',
+        "Kobot, scanning alone": law("kobot", alone='"scan"'),
         "Ferrante, aligned": ALIGNED,
         "Ferrante, aligned, scanning alone": ALIGNED.replace("{", '{alone="scan", ', 1),
         "following": law("follow"),

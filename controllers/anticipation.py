@@ -21,7 +21,7 @@ import numpy as np
 from swarmvision.config.model import Settings
 from swarmvision.controllers.crowd import ComplexArray, Crowd
 from swarmvision.controllers.law import Keys
-from swarmvision.controllers.recall import earlier_slot, recalled, tracked
+from swarmvision.controllers.recall import earlier_slot, recalled, smoothed, tracked
 from swarmvision.data import IntArray, Senses
 
 FARTHEST_SHIFT = 0.5  # of the range
@@ -62,8 +62,7 @@ def anticipated(
     slot = earlier_slot(track, before.track)
     turned = np.exp(-1j * senses.turn_rate * senses.dt)[..., None]
     rate = (place - turned * recalled(before.place, slot)) / senses.dt
-    velocity = turned * recalled(before.velocity, slot)
-    velocity = velocity + senses.dt / (senses.dt + smoothing) * (rate - velocity)
+    velocity = smoothed(turned * recalled(before.velocity, slot), rate, senses, smoothing)
     velocity = np.where(np.isfinite(velocity), velocity, 0.0)
     shift = ahead * velocity
     share = np.minimum(1.0, FARTHEST_SHIFT * others.distance / np.maximum(np.abs(shift), 1e-12))

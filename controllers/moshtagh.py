@@ -23,7 +23,7 @@ from swarmvision.controllers.crowd import crowd
 from swarmvision.controllers.law import Keys, Law
 from swarmvision.controllers.motion import glide, with_alone
 from swarmvision.controllers.proximal import proximal_force
-from swarmvision.controllers.recall import earlier_slot, recalled, tracked
+from swarmvision.controllers.recall import earlier_slot, recalled, smoothed, tracked
 from swarmvision.data import Commands, IntArray, Senses
 from swarmvision.geometry import FloatArray, wrap
 
@@ -78,17 +78,12 @@ def _seen(senses: Senses, before: Flow, config: MoshtaghConfig) -> Flow:
     turned = wrap(bearing - recalled(before.bearing, slot)) / senses.dt
     line_rate = turned + senses.turn_rate[..., None]
     looming = (others.distance / recalled(before.range, slot) - 1.0) / senses.dt
-    share = senses.dt / (senses.dt + config.smoothing)
-
-    def smoothed(old: FloatArray, new: FloatArray) -> FloatArray:
-        return np.where(np.isnan(old), new, old + share * (new - old))
-
     return Flow(
         track,
         others.distance,
         bearing,
-        smoothed(recalled(before.line_rate, slot), line_rate),
-        smoothed(recalled(before.looming, slot), looming),
+        smoothed(recalled(before.line_rate, slot), line_rate, senses, config.smoothing),
+        smoothed(recalled(before.looming, slot), looming, senses, config.smoothing),
     )
 
 

@@ -11,16 +11,14 @@ from swarmvision.compiled import leaf
 from swarmvision.controllers.crowd import Crowd
 from swarmvision.data import IntArray, Senses
 
-UNKNOWN = -2  # track number of a slot that held nobody
-NOWHERE = -1
+NOBODY = NOWHERE = -1  # track number, as of an empty slot of estimates; slot
 
 Scalar = TypeVar("Scalar", np.float64, np.complex128)
 
 
 def tracked(senses: Senses, others: Crowd) -> IntArray:
-    """Return the number of each neighbour that counts, ``UNKNOWN`` for others, shape ``(..., k)``."""
-    track = senses.neighbours.track
-    return np.where(others.counts & (track >= 0), track, UNKNOWN)
+    """Return the number of each neighbour that counts, ``NOBODY`` for others, shape ``(..., k)``."""
+    return np.where(others.counts, senses.neighbours.track, NOBODY)
 
 
 def earlier_slot(track: IntArray, before: IntArray) -> IntArray:
@@ -41,6 +39,12 @@ def recalled(values: NDArray[Scalar], slot: IntArray) -> NDArray[Scalar]:
         return np.full(slot.shape, np.nan, dtype=values.dtype)
     found = np.take_along_axis(values, np.maximum(slot, 0), axis=-1)
     return np.where(slot == NOWHERE, np.nan, found)
+
+
+def smoothed(old: NDArray[Scalar], new: NDArray[Scalar], senses: Senses, smoothing: float) -> NDArray[Scalar]:
+    """Return an old value drawn to a new one with a time constant (s); the new one where there is no old."""
+    share = senses.dt / (senses.dt + smoothing)
+    return np.where(np.isnan(old), new, old + share * (new - old))
 
 
 @leaf

@@ -14,7 +14,7 @@ from swarmvision.config.scenario import packaged_scenario
 from swarmvision.controllers import controller
 from swarmvision.controllers.anticipation import FARTHEST_SHIFT, Motion, anticipated, at_rest
 from swarmvision.controllers.crowd import Crowd, crowd
-from swarmvision.controllers.recall import UNKNOWN, earlier_slot, recalled
+from swarmvision.controllers.recall import earlier_slot, recalled
 from swarmvision.data import Estimates, Senses
 from swarmvision.simulation import run
 
@@ -64,7 +64,7 @@ def test_a_value_is_recalled_by_the_number_of_its_track_from_whatever_slot(
 
 
 def test_nobody_is_recalled_from_a_slot_that_held_nobody() -> None:
-    slot = earlier_slot(np.array([UNKNOWN, -1, 3]), np.array([UNKNOWN, -1, UNKNOWN]))
+    slot = earlier_slot(np.array([-2, -1, 3]), np.array([-2, -1, -2]))
     np.testing.assert_array_equal(slot, [-1, -1, -1])
 
 

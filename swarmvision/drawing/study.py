@@ -50,8 +50,8 @@ def plot_outcomes(
         _panel(panel, key, outcomes)
         panel.set(xlabel=axis, title=name)
         panel.grid(alpha=0.3)
-    series = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
-    figure.legend(series.values(), series, loc="outside lower center", ncols=max(len(series), 1), fontsize=9)
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=max(len(names), 1), fontsize=9)
     figure.suptitle(title)
     try:
         figure.savefig(path, metadata={"Software": None})
