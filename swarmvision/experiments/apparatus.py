@@ -15,6 +15,7 @@ from swarmvision.data import Scene
 from swarmvision.geometry import FloatArray, polar
 from swarmvision.marker import Marker
 from swarmvision.randomness import Subsystem, hashed
+from swarmvision.rendering.exposing import photograph
 from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
 
@@ -48,10 +49,9 @@ class Apparatus:
         """
         x, y, yaw = self.pose(surface_range, psi, aside)
         scene = Scene.at_rest([[EYE[0] + x, y, yaw]])
-        image = self._camera.render(scene, EYE)
         place = (round(1e6 * surface_range), round(1e6 * psi), round(1e6 * aside))
-        self._faults.spoil(image, hashed(0, Subsystem.SENSOR, *(n % (1 << 31) for n in place)))
-        return image
+        key = hashed(0, Subsystem.SENSOR, *(n % (1 << 31) for n in place))
+        return photograph(self._camera, self._faults, scene, EYE, key=key)
 
     def pose(self, surface_range: float, psi: float, aside: float = 0.0) -> FloatArray:
         """Return x, y (m) and yaw (rad) of the marker from the lens, shape ``(3,)``."""

@@ -43,6 +43,7 @@ from swarmvision.rendering.blur import (
     plan_row,
 )
 from swarmvision.rendering.curve import OFFSET, PIECE, Levels, Places, Words, decode, encode
+from swarmvision.rendering.sheet import as_above
 
 SPREAD_ROWS = 32  # after which the spread is taken anew where the light changes, and not the picture alone
 BRIGHTEST = 20000  # 1/64 codes: light beyond is clipped, so that it fits into 16 bits
@@ -214,8 +215,7 @@ def spoil(
         state: Of the generator that tells where each row's window begins, 1 to 2^31 - 2.
         bits: Of a stored channel.
         curve: See :func:`swarmvision.rendering.curve.encode`.
-        alike: Rows before the first number are as the first of all, rows behind the second are as that; they
-            are not looked at.
+        alike: Tells which rows are as the one above; they are not looked at.
         kept: See :func:`swarmvision.rendering.blur.find_changes`.
         mask: Likewise, as the next three.
         told: Likewise.
@@ -254,7 +254,7 @@ def spoil(
     for y in range(height):
         above, below = max(y - radius, 0), min(y + radius + 1, height)
         while read < below:
-            if 0 < read < alike[0] or read > alike[1]:
+            if as_above(read, alike):
                 origin[read] = origin[read - 1]
             else:
                 side = find_changes(image, read, side, blurs, kept, mask, told, changes, origin)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from swarmvision.compiled import leaf
 from swarmvision.data import Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.imperfections import Imperfections
-from swarmvision.rendering.raycast import Raycaster, draw
+from swarmvision.rendering.raycast import Raycaster, draw, flat, handed_over
 from swarmvision.rendering.spoiling import Dirt, Faults, spoil_picture
 from swarmvision.rendering.stage import Image, Scratch, Stage
 
@@ -39,29 +37,14 @@ def photograph(
     Returns:
         sRGB, shape ``(h, w, 3)``.
     """
-    shape = raycaster.shape
-    image = out if out is not None and out.flags.c_contiguous else np.empty(shape, dtype=np.uint8)
+    image = raycaster.canvas(out)
     if not (imperfections.by_kernel and raycaster.by_kernel):
         raycaster.render(scene, lens_pose, observer, image)
         imperfections.spoil(image, key, turn_rate)
     elif image.size > 0:
-        expose(
-            image.reshape(shape[0], -1),
-            np.array(lens_pose, dtype=np.float64),
-            scene.pose,
-            -1 if observer is None else observer,
-            scene.object_pose,
-            raycaster.stage,
-            raycaster.brushes(scene.robots),
-            key,
-            float(turn_rate),
-            imperfections.faults,
-            imperfections.dirt,
-        )
-    if out is None or out is image:
-        return image
-    out[:] = image
-    return out
+        inputs, faults = raycaster.inputs(scene, lens_pose, observer), imperfections.faults
+        expose(flat(image), *inputs, key, float(turn_rate), faults, imperfections.dirt)
+    return handed_over(image, out)
 
 
 @leaf

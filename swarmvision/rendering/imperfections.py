@@ -78,6 +78,7 @@ class Imperfections:
             curve=CURVE,
         )
         """What :func:`swarmvision.rendering.spoiling.spoil_picture` needs to know."""
+        self._none_alike = np.array([0, lens.height_px])
         self._memory = threading.local()
 
     @property
@@ -103,8 +104,8 @@ class Imperfections:
         """
         if image.size == 0:
             return
-        lines, alike = image.reshape(image.shape[0], -1), np.array([0, len(image)])
-        spoil_picture(lines, alike, key, float(turn_rate), self.faults, self.dirt)
+        lines = image.reshape(image.shape[0], -1)
+        spoil_picture(lines, self._none_alike, key, float(turn_rate), self.faults, self.dirt)
         if self._config.bayer:
             image[:] = _mosaic(image)
         if self._config.jpeg_quality > 0:

@@ -33,6 +33,13 @@ def room(columns: int) -> int:
     return (columns + 1 + LANES + STEP - 1) // STEP * STEP
 
 
+@inner
+def as_above(y: int, alike: Places) -> bool:
+    """Return whether a row is known to be as the one above: before the first number, behind the second."""
+    known: bool = 0 < y < alike[0] or y > alike[1]
+    return known
+
+
 @leaf
 def below(row: np.float32, end: np.float32) -> np.float32:
     """Return the share of a pixel that ends at a row (px) which lies below another row."""

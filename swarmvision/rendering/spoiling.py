@@ -14,6 +14,7 @@ from swarmvision.rendering import effects
 from swarmvision.rendering.blur import BLOCK, LINES, PHASES, WORD, Image, Longs
 from swarmvision.rendering.curve import PIECE, Levels, Places, Words
 from swarmvision.rendering.effects import LEHMER_PRIME
+from swarmvision.rendering.sheet import as_above
 
 LINE = 64  # bytes of a line of the cache; loads across two cost twice
 Number = TypeVar("Number", np.uint8, np.uint16, np.int16)
@@ -112,8 +113,8 @@ def spoil_picture(
 
     Args:
         image: sRGB, ``(h, 3 w)``, contiguous.
-        alike: Rows before the first number are as the first of all, rows behind the second are as that; they
-            need not be there.
+        alike: Tells which rows are as the one above (:func:`swarmvision.rendering.sheet.as_above`); they need
+            not be there.
         key: Decides all chance: the same key, the same picture.
         turn_rate: Of the lens in the world (rad/s), left positive.
         faults: Of the camera.
@@ -127,7 +128,7 @@ def spoil_picture(
         return
     if faults.idle and shear == 0.0 and length == 0.0:
         for y in range(1, height):
-            if y < alike[0] or y > alike[1]:
+            if as_above(y, alike):
                 for i in range(image.shape[1]):
                     image[y, i] = image[y - 1, i]
         return

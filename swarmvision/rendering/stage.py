@@ -102,7 +102,7 @@ class Scratch(NamedTuple):
     window: Places
     """Rows that may be painted."""
     alike: Places
-    """Out: rows before the first number are all alike, and so are those from the second on."""
+    """Out: which rows are as the one above, see :func:`swarmvision.rendering.sheet.as_above`."""
     solids: FloatArray
     """Robots and objects in view."""
     order: Places
