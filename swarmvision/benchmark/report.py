@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from swarmvision.benchmark import many_worlds, pictures, process, swarms
+from swarmvision.benchmark import growth, many_worlds, pictures, process, swarms
 from swarmvision.benchmark.stage import READ
 from swarmvision.benchmark.timing import Absent, Effort, Figure, difference, ratio
 
 Report = dict[str, Any]
-FEW, MANY = 10, 1000  # robots of the two swarms whose costs are compared
 KILO = 1000.0  # ms in a second
 
 
@@ -36,10 +35,12 @@ def measure(effort: Effort, say: Callable[[str], None]) -> Report:
     say("whole simulations, by robots")
     by_robots = swarms.by_robots(effort)
     curves["robots"] = by_robots
+    say("a thousand robots and ten, by density")
+    grown = growing(by_robots, effort.seconds)
     say("a hundred robots, many worlds, memory and first pictures")
     figures |= {
         **loop(chain),
-        **growth(by_robots, effort.seconds),
+        **grown,
         **swarming(effort),
         **process.figures(effort),
     }
@@ -92,18 +93,26 @@ def loop(ms: Mapping[str, Figure]) -> dict[str, Figure]:
     }
 
 
-def growth(rows: Mapping[int, Mapping[str, Figure]], seconds: float) -> dict[str, Figure]:
-    """Return by which factor a robot's cost grows from ``FEW`` robots to ``MANY``, and what is in view."""
-    missing = {name: Absent(f"only a full run has swarms of {FEW} and {MANY}") for name in swarms.SENSORS}
-    few, many = rows.get(FEW, missing), rows.get(MANY, missing)
-    return {
-        **{f"{name}_cost_per_robot_1000_over_10": ratio(many[name], few[name]) for name in swarms.SENSORS},
-        "camera_cost_per_picture_1000_over_10_in_one_crowd": (
-            swarms.in_one_crowd(MANY, FEW, seconds) if MANY in rows else missing["camera"]
-        ),
-        "neighbours_in_view_of_10_robots": swarms.neighbours_in_view(FEW),
-        "neighbours_in_view_of_1000_robots": swarms.neighbours_in_view(MANY),
-    }
+def growing(rows: Mapping[int, Mapping[str, Figure]], seconds: float) -> dict[str, Figure]:
+    """Return by which factor a robot's cost grows from a small swarm to a large one, and what is in view."""
+    few, many = growth.FEW, growth.MANY
+    missing = Absent(f"only a full run has swarms of {few} and {many}")
+    full = few in rows and many in rows
+    figures: dict[str, Figure] = {}
+    for name in ("truth", "error_model"):
+        cost = ratio(rows[many][name], rows[few][name]) if full else missing
+        figures[f"{name}_cost_per_robot_1000_over_10"] = cost
+    for density in growth.DENSITIES:
+        where = "" if density == growth.DENSITIES[0] else f"_at_{density:g}_per_m2"
+        figures |= {
+            f"camera_cost_per_robot_1000_over_10{where}": (
+                growth.at_density(density, seconds) if full else missing
+            ),
+            f"neighbours_in_view_of_10_robots{where}": growth.neighbours_in_view(few, density),
+            f"neighbours_in_view_of_1000_robots{where}": growth.neighbours_in_view(many, density),
+        }
+    crowd = growth.in_one_crowd(seconds) if full else missing
+    return {**figures, "camera_cost_per_picture_1000_over_10_in_one_crowd": crowd}
 
 
 def swarming(effort: Effort) -> dict[str, Figure]:

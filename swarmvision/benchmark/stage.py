@@ -36,6 +36,7 @@ HALF_VIEW = np.radians(22.0)  # neighbours stand within this of the axis, so tha
 NEAREST, FARTHEST = 0.3, 1.1  # m; of up to ``DRAWN`` neighbours
 TRIES = 200  # places tried for one neighbour before all are placed anew
 DENSITY = 8 / (np.pi * 0.6**2)  # robots per m^2 at the start of the flocking demo
+ROOM = 2.2  # widths of an arena over the radius of the circle where robots begin, at least
 RATE = 32.0  # Hz; of camera and control, as the paper's camera
 SUBSTEPS = 4  # of physics in a control step: 128 Hz
 NOISE = IMPERFECTIONS["none"].model_copy(
@@ -119,16 +120,25 @@ def with_tags(background: Image, scene: Scene, tags: list[Image]) -> Image:
     return picture
 
 
-def swarm(robots: int, sensor: dict[str, Any]) -> ScenarioConfig:
-    """Return the flocking demo with so many robots at its own density, camera and control at 32 Hz."""
+def swarm(robots: int, sensor: dict[str, Any], density: float = DENSITY) -> ScenarioConfig:
+    """Return the flocking demo with so many robots, camera and control at 32 Hz.
+
+    Args:
+        robots: How many.
+        sensor: Settings of their sensor.
+        density: Robots per m^2 of the circle they start in; the arena is the demo's, or as wide as they need.
+    """
     demo = packaged_scenario("flocking")
-    values = demo.model_dump(exclude={"sensor", "start"})
-    start = StartConfig(radius=float(np.sqrt(robots / DENSITY / np.pi)))
+    values = demo.model_dump(exclude={"sensor", "start", "arena"})
+    radius = float(np.sqrt(robots / density / np.pi))
+    arena = demo.arena.model_dump()
+    arena |= {side: max(arena[side], ROOM * radius) for side in ("width", "depth")}
     return ScenarioConfig.model_validate(
         {
             **values,
             "robots": robots,
-            "start": start,
+            "start": StartConfig(radius=radius),
+            "arena": arena,
             "sensor": sensor,
             "control_hz": RATE,
             "physics_substeps": SUBSTEPS,

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import cv2
-import numpy as np
 
 from swarmvision.benchmark import rivals
 from swarmvision.benchmark.rival_renderers import PlainPyrender
@@ -20,16 +19,13 @@ from swarmvision.camera import Rig
 from swarmvision.config.camera import LENSES, RIGS
 from swarmvision.config.scenario import ScenarioConfig
 from swarmvision.data import Scene
-from swarmvision.geometry import compose, inverse, polar
+from swarmvision.geometry import compose
 from swarmvision.perception import Reader
-from swarmvision.placement import starting_scene
-from swarmvision.randomness import Subsystem, stream
 from swarmvision.sensing.camera import CameraSensor
 from swarmvision.simulation import Simulation
 
 CHAIN_ROBOTS = 32  # of the swarm whose pictures are counted
 STEPS = 8  # that its cameras are timed for in a turn
-GROUPS = 10  # of robots, whose pictures stand for those of a whole crowd
 SEED = 1
 NEAREST_TOLD = 6  # neighbours that sensors without pictures tell of
 SENSORS: dict[str, dict[str, Any]] = {
@@ -40,27 +36,44 @@ SENSORS: dict[str, dict[str, Any]] = {
 
 
 @dataclass(slots=True)
-class _Film:
+class Film:
     """The scenes of a swarm that flocks, made as they are asked for."""
 
     simulation: Simulation
     scenes: list[Scene] = field(default_factory=list)
 
+    @classmethod
+    def of(cls, robots: int) -> Film:
+        """Return the film of a swarm of so many at the demo's density."""
+        return cls(Simulation(swarm(robots, SENSORS["truth"]), SEED))
+
     def scene(self, number: int) -> Scene:
+        """Return the scene after so many steps and one."""
         while len(self.scenes) <= number:
             self.scenes.append(self.simulation.step().scene)
         return self.scenes[number]
 
 
 @dataclass(slots=True)
-class _Watcher:
+class Watcher:
     """A swarm's cameras that see a film scene by scene: one picture a robot and call."""
 
     sensor: CameraSensor
-    film: _Film
+    film: Film
     number: int = 0
 
+    @classmethod
+    def of(cls, scenario: ScenarioConfig, film: Film, workers: int, idle: Collection[int] = ()) -> Watcher:
+        """Return the cameras of a scenario but for those of idle robots."""
+        config = scenario.sensor
+        assert config.kind == "camera"
+        sensor = CameraSensor(
+            config, scenario.robot, scenario.arena, scenario.robots, SEED, workers=workers, idle=idle
+        )
+        return cls(sensor, film)
+
     def look(self) -> None:
+        """See the next scene, which the film must have."""
         self.sensor.sense(self.film.scenes[self.number])
         self.number += 1
 
@@ -96,9 +109,9 @@ def chain(effort: Effort) -> dict[str, Figure]:
     tracked. A turn is ``STEPS`` steps, and one before them that is not timed: threads wake, caches fill.
     """
     scenario = swarm(CHAIN_ROBOTS, SENSORS["camera"])
-    film = _Film(Simulation(swarm(CHAIN_ROBOTS, SENSORS["truth"]), SEED))
+    film = Film.of(CHAIN_ROBOTS)
     cores = len(os.sched_getaffinity(0))
-    watchers = {f"workers_{n}": _watcher(scenario, film, n) for n in sorted({1, min(2, cores), cores})}
+    watchers = {f"workers_{n}": Watcher.of(scenario, film, n) for n in sorted({1, min(2, cores), cores})}
     naive = rivals.attempt("pyrender", lambda: _naive(film))
     samples: dict[str, list[float]] = {name: [] for name in ["loop", *watchers, "naive"]}
     end = time.perf_counter() + 3.0 * effort.seconds
@@ -118,27 +131,6 @@ def chain(effort: Effort) -> dict[str, Figure]:
         name: 1e-6 * statistics.median(taken) for name, taken in samples.items() if taken
     }
     return found | ({"naive": naive} if isinstance(naive, Absent) else {})
-
-
-def in_one_crowd(robots: int, few: int, seconds: float) -> float:
-    """Return what a picture costs where all robots of a crowd take one, over where ``few`` of them do.
-
-    Both see the same crowd: what is left is what a camera pays for other cameras. ``GROUPS`` groups,
-    chosen at random, stand for all.
-    """
-    scenario = swarm(robots, SENSORS["camera"])
-    film = _Film(Simulation(swarm(robots, SENSORS["truth"]), SEED))
-    shuffled = np.random.default_rng(SEED).permutation(robots)
-    groups = [shuffled[few * i : few * (i + 1)] for i in range(GROUPS)]
-    everybody = _watcher(scenario, film, 1)
-    watchers = [_watcher(scenario, film, 1, set(range(robots)).difference(group)) for group in groups]
-    ratios: list[float] = []
-    end = time.perf_counter() + seconds
-    while len(ratios) <= LEAST or time.perf_counter() < end:
-        film.scene(everybody.number)
-        by_few = sum(duration(watcher.look) for watcher in watchers) / (GROUPS * few)
-        ratios.append(duration(everybody.look) / robots / by_few)
-    return statistics.median(ratios[1:])  # the first picture warms up
 
 
 def real_time(effort: Effort) -> float:
@@ -168,15 +160,6 @@ def per_robot(robots: int, sensor: dict[str, Any], seconds: float) -> float:
     return step_cost(swarm(robots, sensor), seconds, workers=1) / robots
 
 
-def neighbours_in_view(robots: int) -> float:
-    """Return how many markers stand in one camera's view on average, hidden or not, when so many begin."""
-    pose = starting_scene(swarm(robots, SENSORS["camera"]), stream(SEED, Subsystem.START)).pose
-    _, bearing, _ = polar(compose(inverse(pose)[:, None], pose[None]))
-    seen = np.abs(bearing) < LENS.fov / 2.0
-    np.fill_diagonal(seen, val=False)
-    return float(seen.sum() / robots)
-
-
 def step_cost(scenario: ScenarioConfig, seconds: float, workers: int) -> float:
     """Return the median duration (ms) of a step of a scenario's own time, over and over.
 
@@ -188,16 +171,7 @@ def step_cost(scenario: ScenarioConfig, seconds: float, workers: int) -> float:
     return cost
 
 
-def _watcher(scenario: ScenarioConfig, film: _Film, workers: int, idle: Collection[int] = ()) -> _Watcher:
-    config = scenario.sensor
-    assert config.kind == "camera"
-    sensor = CameraSensor(
-        config, scenario.robot, scenario.arena, scenario.robots, SEED, workers=workers, idle=idle
-    )
-    return _Watcher(sensor, film)
-
-
-def _naive(film: _Film) -> Call:
+def _naive(film: Film) -> Call:
     """Return one robot's picture drawn plainly by pyrender and read by the paper's method."""
     rig = Rig.from_config(LENSES["pi-v1"], RIGS["single"])
     renderer = PlainPyrender(LENS, CHAIN_ROBOTS - 1)

@@ -38,9 +38,11 @@ NUMBERS = (
     ("the same with the flocking law", "worlds_flocking_robot_steps_per_second_core"),
     ("VMAS `flocking`, 256 worlds of 8", "vmas_robot_steps_per_second_core"),
     ("worlds over VMAS", "worlds_over_vmas"),
-    ("cost per robot, 1,000 over 10 robots, cameras", "camera_cost_per_robot_1000_over_10"),
+    ("cost per robot, 1,000 over 10 robots, cameras, 7.1 per m²", "camera_cost_per_robot_1000_over_10"),
     ("neighbours in view on average, hidden or not, of 10 robots", "neighbours_in_view_of_10_robots"),
     ("of 1,000 robots", "neighbours_in_view_of_1000_robots"),
+    ("cost per robot, 1,000 over 10 robots, 2 per m²", "camera_cost_per_robot_1000_over_10_at_2_per_m2"),
+    ("the same, 0.5 per m²", "camera_cost_per_robot_1000_over_10_at_0.5_per_m2"),
     (
         "cost per picture with equally many in view: all of 1,000 robots over 10 among them",
         "camera_cost_per_picture_1000_over_10_in_one_crowd",
