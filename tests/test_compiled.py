@@ -5,14 +5,28 @@ from __future__ import annotations
 import gc
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pytest
 
-from swarmvision.compiled import compiled, leaf, wide
+from swarmvision.camera import Lens
+from swarmvision.compiled import compiled, leaf, steady, wide
 from swarmvision.compiled.prefetch import prefetch
+from swarmvision.config.arena import ArenaConfig, DiscConfig
+from swarmvision.config.camera import LENSES, LensConfig
+from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
+from swarmvision.config.marker import PRESETS
+from swarmvision.config.robot import RobotConfig
+from swarmvision.marker import Marker
+from swarmvision.perception.gaze import Gaze
+from swarmvision.perception.plan import Plan, Scratch, Task
+from swarmvision.rendering.appearance import Appearance
+from swarmvision.rendering.imperfections import Imperfections
+from swarmvision.rendering.stage import Scratch as Brushes
+from swarmvision.rendering.stage import Stage
 
 NullCache = pytest.importorskip("numba.core.caching").NullCache
 
@@ -146,3 +160,61 @@ def test_a_whole_has_every_part_that_its_parts_call() -> None:
     assert _all_of_it(5.0) == 10.0 + 11.0 + 12.0 + 13.0
     assert _once_more(5.0, 1) == 11.0  # a part of others is a whole for Python
     assert len(compiled_parts._parts) <= 1  # not one for each constant
+
+
+class _Pair(NamedTuple):
+    weights: Any
+    gain: float
+
+
+@leaf
+def _weighed(row: Any, pair: _Pair) -> float:
+    total = 0.0
+    for i in range(len(row)):
+        total += row[i] * pair.weights[i]
+    return total * pair.gain
+
+
+def test_a_steady_kernel_asks_named_tuples_once_and_everything_else_always() -> None:
+    door: Any = steady(_weighed)
+    rows = np.arange(12.0).reshape(3, 4)
+    pairs = [_Pair(np.full(4, weight), 2.0) for weight in (1.0, 3.0)]
+    for row in (rows[0], rows[:, 1], rows[0, ::-1], rows[0].astype(np.float32)):
+        for pair in pairs:
+            assert door(row, pair) == 2.0 * float(row @ pair.weights[: len(row)])
+    with pytest.raises(Exception, match="non-precise type"):
+        door(rows[0].astype(">f8"), pairs[0])  # bytes the other way round: as the kernel does itself
+    with pytest.raises(TypeError, match="named"):
+        door(rows[0], (np.ones(4), 2.0))
+
+
+def _eyes() -> Iterator[tuple[Lens, ImperfectionsConfig, RobotConfig, ArenaConfig]]:
+    """Every lens and marker that is packaged, a small picture, faults of all kinds and things in the way."""
+    small = LensConfig(width_px=7, height_px=5, focal_px=6.0)
+    thing = ArenaConfig(objects=(DiscConfig(x=1.0, y=0.0),))
+    for config in (*LENSES.values(), small):
+        for faults in IMPERFECTIONS.values():
+            for marker in PRESETS.values():
+                for arena in (ArenaConfig(), thing):
+                    yield Lens.from_config(config), faults, RobotConfig(marker=marker), arena
+
+
+def test_what_pictures_are_made_and_read_with_has_one_type_whatever_the_settings() -> None:
+    typeof = pytest.importorskip("numba").typeof
+    kinds: dict[str, set[Any]] = {}
+    for lens, faults, robot, arena in _eyes():
+        camera, stage = Imperfections(faults, lens), Stage.of(lens, robot, arena, Appearance())
+        task = Task.of(Plan.of(Marker.from_config(robot.marker)), lens)
+        told: dict[str, Any] = {
+            "stage": stage,
+            "faults": camera.faults,
+            "brushes": Brushes.of(lens, stage, 3),
+            "dirt": camera.dirt,
+            "reading": Scratch.of(lens.width_px, lens.height_px),
+        }
+        if task is not None:
+            told |= {"task": task, "gaze": Gaze.at_all(task)}
+        for name, value in told.items():
+            kinds.setdefault(name, set()).add(typeof(value))
+    assert len(kinds) == 7
+    assert {name: len(kind) for name, kind in kinds.items()} == dict.fromkeys(kinds, 1)

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import leaf
+from swarmvision.compiled import leaf, steady
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.cylinder import (
@@ -109,13 +109,13 @@ class Reading:
 def read(image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch) -> Estimates:
     """Return the neighbours in a picture ``(h, w, 3)``, nearest first, lens frame, shape ``(k,)``."""
     rows = np.empty((MOST, ROW))
-    return estimates(rows[: read_edges_into(image, task, gaze, scratch, rows)])
+    return estimates(rows[: _read_edges_into(image, task, gaze, scratch, rows)])
 
 
 def readings(image: NDArray[np.uint8], task: Task, gaze: Gaze, scratch: Scratch) -> list[Reading]:
     """Return every marker in a picture, nearest first."""
     rows = np.empty((MOST, ROW))
-    found = rows[: read_edges_into(image, task, gaze, scratch, rows)]
+    found = rows[: _read_edges_into(image, task, gaze, scratch, rows)]
     return [
         Reading(
             float(row[RANGE]),
@@ -419,3 +419,6 @@ def _has_proportion(
     wide = (lines[COLUMNS, count - 1] - lines[COLUMNS, 0] + 1.0) / thick * ring / (2.0 * heights[RADIUS])
     fits: bool = 0.7 < wide < 1.4
     return fits
+
+
+_read_edges_into = steady(read_edges_into)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarmvision.compiled import leaf
+from swarmvision.compiled import leaf, steady
 from swarmvision.data import Scene
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.imperfections import Imperfections
@@ -43,7 +43,7 @@ def photograph(
         imperfections.spoil(image, key, turn_rate)
     elif image.size > 0:
         inputs, faults = raycaster.inputs(scene, lens_pose, observer), imperfections.faults
-        expose(flat(image), *inputs, key, float(turn_rate), faults, imperfections.dirt)
+        _expose(flat(image), *inputs, key, float(turn_rate), faults, imperfections.dirt)
     return handed_over(image, out)
 
 
@@ -64,3 +64,6 @@ def expose(
     """Draw and spoil one picture; see :func:`draw` and :func:`spoil_picture`."""
     draw(image, lens_pose, robots, observer, objects, stage, brushes, False)
     spoil_picture(image, brushes.alike, key, turn_rate, faults, dirt)
+
+
+_expose = steady(expose)

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarmvision.camera import Lens
 from swarmvision.colour import decode
+from swarmvision.compiled import steady
 from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.data import BoolArray
 from swarmvision.geometry import FloatArray
@@ -105,7 +106,7 @@ class Imperfections:
         if image.size == 0:
             return
         lines = image.reshape(image.shape[0], -1)
-        spoil_picture(lines, self._none_alike, key, float(turn_rate), self.faults, self.dirt)
+        _spoil_picture(lines, self._none_alike, key, float(turn_rate), self.faults, self.dirt)
         if self._config.bayer:
             image[:] = _mosaic(image)
         if self._config.jpeg_quality > 0:
@@ -285,3 +286,6 @@ def _through_jpeg(image: Image, quality: int) -> Image:
     _, file = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
     back = cv2.imdecode(file, cv2.IMREAD_COLOR)
     return np.asarray(back, dtype=np.uint8)[..., ::-1]
+
+
+_spoil_picture = steady(spoil_picture)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmvision.camera import Lens
-from swarmvision.compiled import leaf
+from swarmvision.compiled import leaf, steady
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
@@ -90,7 +90,7 @@ class Raycaster:
             sRGB, shape ``(h, w, 3)``.
         """
         image = self.canvas(out)
-        draw(flat(image), *self.inputs(scene, lens_pose, observer), True)
+        _draw(flat(image), *self.inputs(scene, lens_pose, observer), True)
         if self._maps is not None:
             image = cv2.remap(image, *self._maps, cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
         return handed_over(image, out)
@@ -297,3 +297,6 @@ def _fill_rows(
             for i in range(3 * width):
                 image[y, i] = backdrop[band, i]
     window[0], window[1] = first, last
+
+
+_draw = steady(draw)
