@@ -11,6 +11,7 @@ from swarmvision.config.camera import LENSES
 from swarmvision.config.imperfections import IMPERFECTIONS, ImperfectionsConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
+from swarmvision.errors import DataError, PictureError
 from swarmvision.rendering.exposing import photograph
 from swarmvision.rendering.imperfections import Imperfections
 from swarmvision.rendering.raycast import Raycaster
@@ -91,3 +92,46 @@ def test_rows_that_are_told_to_be_alike_are() -> None:
         assert (image[last:] == image[-1:]).all()
         told += first + len(image) - last
     assert told > 8 * 100
+
+
+def _read_only() -> np.ndarray:
+    image = np.zeros((460, 640, 3), np.uint8)
+    image.setflags(write=False)
+    return image
+
+
+@pytest.mark.parametrize(
+    ("out", "told"),
+    [
+        (np.zeros((460, 639, 3), np.uint8), r"uint8 of shape \(460, 640, 3\), got uint8 of \(460, 639, 3\)"),
+        (np.zeros((460, 640), np.uint8), "got uint8 of"),
+        (np.zeros((460, 640, 3)), "got float64 of"),
+        (_read_only(), "got read-only uint8 of"),
+    ],
+)
+def test_what_cannot_be_drawn_into_is_told_in_one_line(out: np.ndarray, told: str) -> None:
+    raycaster, camera = Raycaster(PI, RobotConfig(), THINGS), Imperfections(FAULTS["pi-v1"], PI)
+    scene, before = scattered(2, 0, 1.0), out.copy()
+    with pytest.raises(PictureError, match=told):
+        raycaster.render(scene, np.zeros(3), out=out)
+    with pytest.raises(PictureError, match=told):
+        photograph(raycaster, camera, scene, np.zeros(3), key=1, out=out)
+    with pytest.raises(PictureError, match="can be spoiled"):
+        camera.spoil(out, 1)
+    np.testing.assert_array_equal(out, before)
+
+
+def test_a_pose_is_three_numbers() -> None:
+    with pytest.raises(DataError, match=r"shape \(3,\), got shape \(2,\)"):
+        Raycaster(PI, RobotConfig(), THINGS).render(scattered(1, 0, 1.0), np.zeros(2))
+
+
+def test_every_other_column_is_drawn_into_but_not_spoiled() -> None:
+    raycaster, camera = Raycaster(PI, RobotConfig(), THINGS), Imperfections(FAULTS["pi-v1"], PI)
+    scene, wide = scattered(2, 0, 1.0), np.zeros((460, 1280, 3), np.uint8)
+    out = wide[:, ::2]
+    assert raycaster.render(scene, np.zeros(3), out=out) is out
+    np.testing.assert_array_equal(out, raycaster.render(scene, np.zeros(3)))
+    assert not wide[:, 1::2].any()
+    with pytest.raises(PictureError, match="with strides"):
+        camera.spoil(out, 1)

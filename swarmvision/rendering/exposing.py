@@ -36,6 +36,10 @@ def photograph(
 
     Returns:
         sRGB, shape ``(h, w, 3)``.
+
+    Raises:
+        DataError: If the pose is not three numbers.
+        PictureError: If ``out`` cannot be drawn into.
     """
     image = raycaster.canvas(out)
     if not (imperfections.by_kernel and raycaster.by_kernel):

@@ -30,6 +30,7 @@ from swarmvision.colour import decode
 from swarmvision.compiled import steady
 from swarmvision.config.imperfections import ImperfectionsConfig
 from swarmvision.data import BoolArray
+from swarmvision.errors import PictureError
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.blur import BLOCK, LINES, ONE, Image
 from swarmvision.rendering.curve import CURVE, FINE, OFFSET, PIECE
@@ -102,7 +103,16 @@ class Imperfections:
             image: sRGB, shape ``(h, w, 3)`` of the lens, contiguous.
             key: Decides all chance: the same key, the same picture.
             turn_rate: Of the lens in the world (rad/s), left positive.
+
+        Raises:
+            PictureError: If it is not of that shape, or not of bytes in one piece that may be written.
         """
+        shape = (self._lens.height_px, self._lens.width_px, 3)
+        if image.shape != shape or image.dtype != np.uint8 or not image.flags.carray:
+            raise PictureError(
+                f"only contiguous uint8 of shape {shape} that may be written can be spoiled, "
+                f"got {image.dtype} of {image.shape} with strides {image.strides}"
+            )
         if image.size == 0:
             return
         lines = image.reshape(image.shape[0], -1)

@@ -23,6 +23,7 @@ from swarmvision.compiled import leaf, steady
 from swarmvision.config.arena import ArenaConfig
 from swarmvision.config.robot import RobotConfig
 from swarmvision.data import Scene
+from swarmvision.errors import DataError, PictureError
 from swarmvision.geometry import FloatArray
 from swarmvision.rendering.appearance import Appearance
 from swarmvision.rendering.boxes import box_reach, box_sheet
@@ -88,6 +89,10 @@ class Raycaster:
 
         Returns:
             sRGB, shape ``(h, w, 3)``.
+
+        Raises:
+            DataError: If the pose is not three numbers.
+            PictureError: If ``out`` cannot be drawn into.
         """
         image = self.canvas(out)
         _draw(flat(image), *self.inputs(scene, lens_pose, observer), True)
@@ -96,12 +101,29 @@ class Raycaster:
         return handed_over(image, out)
 
     def canvas(self, out: Image | None) -> Image:
-        """Return what is drawn into: ``out`` where that is one piece of memory, else a new picture."""
-        return out if out is not None and out.flags.c_contiguous else np.empty(self.shape, dtype=np.uint8)
+        """Return what is drawn into: ``out`` where that is one piece of memory, else a new picture.
+
+        Raises:
+            PictureError: If ``out`` is not of this lens's shape, or not of bytes that may be written.
+        """
+        if out is None:
+            return np.empty(self.shape, dtype=np.uint8)
+        if out.shape != self.shape or out.dtype != np.uint8 or not out.flags.writeable:
+            kind = "" if out.flags.writeable else "read-only "
+            raise PictureError(
+                f"a picture is drawn into uint8 of shape {self.shape}, got {kind}{out.dtype} of {out.shape}"
+            )
+        return out if out.flags.c_contiguous else np.empty(self.shape, dtype=np.uint8)
 
     def inputs(self, scene: Scene, lens_pose: FloatArray, observer: int | None) -> Inputs:
-        """Return what :func:`draw` is told between the picture and whether to write all rows."""
+        """Return what :func:`draw` is told between the picture and whether to write all rows.
+
+        Raises:
+            DataError: If the pose is not three numbers.
+        """
         pose = np.array(lens_pose, dtype=np.float64)
+        if pose.shape != (3,):
+            raise DataError(f"the pose of a lens is x, y, yaw, shape (3,), got shape {pose.shape}")
         who = -1 if observer is None else observer
         return pose, scene.pose, who, scene.object_pose, self.stage, self.brushes(scene.robots)
 
