@@ -30,6 +30,7 @@ from swarmvision.perception.model import (
     HEADING,
     LEAN,
     LOG_RANGE,
+    ROW,
     SMEAR,
     SOFTNESS,
     Skin,
@@ -105,18 +106,21 @@ def test_every_derivative_is_the_difference_of_two_models(kind: str, heading: fl
     frame = np.array([228.0, 30.0, 1.0, 1.0])
     theta = np.array([np.log(0.41), 0.03, heading, 1.3, 0.02, 0.9, 0.1, 0.02, -0.05, 0.04, 0.06, 0.0])
 
-    def drawn(at: FloatArray) -> tuple[FloatArray, FloatArray]:
-        out = np.empty((3, len(columns), width + FREE + 1))
+    def drawn(at: FloatArray, *, moving: bool = True) -> tuple[FloatArray, FloatArray]:
+        basis, change = np.empty((len(columns), width)), np.zeros((3, len(columns), ROW))
         used = np.empty(len(columns), dtype=np.int64)
         sizes = np.array([skin.radius, skin.top])
         count = model(
             at, colours, view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, skin.jumps, frame,
-            columns, rows, 1, out, used,
+            columns, rows, 1, moving, basis, change, used,
         )  # fmt: skip
         assert count == len(columns)
-        return np.einsum("cnk,ck->cn", out[:, :, :width], colours), out[:, :, width:-1]
+        return np.einsum("nk,ck->cn", basis, colours), change[:, :, :FREE]
 
-    _, slopes = drawn(theta)
+    value, slopes = drawn(theta)
+    still, untouched = drawn(theta, moving=False)
+    np.testing.assert_array_equal(still, value)
+    assert not untouched.any()
     for j in range(SMEAR):
         step = np.zeros(FREE)
         step[j] = 1e-6
@@ -132,21 +136,18 @@ def test_every_derivative_is_the_difference_of_two_models(kind: str, heading: fl
 def test_a_smear_keeps_the_light_and_knows_its_length() -> None:
     rng = np.random.default_rng(1)
     high, wide = 4, 60
-    grid = rng.uniform(0, 1, (3, high * wide, 3 + FREE + 1))
+    sharp, sharp_change = rng.uniform(0, 1, (high * wide, 3)), rng.uniform(0, 1, (3, high * wide, ROW))
     colours = rng.uniform(0, 1, (3, 3))
     kept = np.arange(20 * high, 40 * high)
 
-    def mixed(length: float) -> FloatArray:
-        out = np.empty((3, len(kept), grid.shape[2]))
-        smeared(grid, kept, high, length, colours, out)
-        return out
+    def mixed(grid: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
+        basis, change = np.empty((len(kept), 3)), np.empty((3, len(kept), ROW))
+        smeared(grid, sharp_change, kept, high, length, colours, True, basis, change)
+        return basis, change
 
-    even = np.ones_like(grid)
-    grid, uneven = even, grid
-    np.testing.assert_allclose(mixed(7.3)[:, :, :3], 1.0, atol=1e-12)
-    grid = uneven
-    value = [np.einsum("cnk,ck->cn", mixed(length)[:, :, :3], colours) for length in (7.3 - 1e-5, 7.3 + 1e-5)]
-    np.testing.assert_allclose(mixed(7.3)[:, :, 3 + SMEAR], (value[1] - value[0]) / 2e-5, atol=1e-6)
+    np.testing.assert_allclose(mixed(np.ones_like(sharp), 7.3)[0], 1.0, atol=1e-12)
+    value = [mixed(sharp, length)[0] @ colours.T for length in (7.3 - 1e-5, 7.3 + 1e-5)]
+    np.testing.assert_allclose(mixed(sharp, 7.3)[1][:, :, SMEAR], (value[1] - value[0]).T / 2e-5, atol=1e-6)
 
 
 def test_cholesky_solves_and_refuses() -> None:

@@ -19,7 +19,7 @@ from swarmvision.perception.edges import Reading, readings
 from swarmvision.perception.fit import fitted, smear_of, tangents
 from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.heading import unroll
-from swarmvision.perception.model import FREE, GROUND, HEADING, Skin, model
+from swarmvision.perception.model import GROUND, HEADING, ROW, Skin, model
 from swarmvision.perception.plan import COLUMNS, HEIGHTS, LINES, LOWERS, STRIPE, UPPERS, Plan, Scratch, Task
 from swarmvision.perception.plan import GROUND as BAND
 from swarmvision.perception.rings import inner_edges
@@ -178,14 +178,13 @@ def _drawn(
     view = np.array([lens.focal_px, *lens.centre_px, lens.height])
     middle = lens.centre_px[1] + start.drop - lens.focal_px * (skin.middle - lens.height) / depth
     frame = np.array([middle, lens.focal_px * skin.inner / depth / 2.0, 1.0, 1.0])
-    out = np.empty((3, len(columns), width + FREE + 1))
+    basis, change = np.empty((len(columns), width)), np.empty((3, 0, ROW))
     used = np.empty(len(columns), dtype=np.int64)
     sizes = np.array([skin.radius, skin.top])
     model(
         theta, np.zeros((3, width)), view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, skin.jumps,
-        frame, columns, rows, 1, out, used,
+        frame, columns, rows, 1, False, basis, change, used,
     )  # fmt: skip
-    basis = out[0, :, :width]
     return np.linalg.lstsq(basis, data.T, rcond=None)[0].T @ basis.T
 
 

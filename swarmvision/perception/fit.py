@@ -23,7 +23,7 @@ from swarmvision.compiled import compiled
 from swarmvision.data import Estimates
 from swarmvision.geometry import FloatArray, wrap
 from swarmvision.perception.edges import Reading, readings
-from swarmvision.perception.gaussnewton import advance, products, weigh
+from swarmvision.perception.gaussnewton import advance, products, repaint, weigh
 from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.model import (
     BEARING,
@@ -33,6 +33,7 @@ from swarmvision.perception.model import (
     GROUND,
     HEADING,
     LOG_RANGE,
+    ROW,
     SMEAR,
     Skin,
     model,
@@ -299,38 +300,42 @@ def _descend(
     theta: FloatArray, free: NDArray[np.bool_], patch: _Patch, view: FloatArray, frame: FloatArray, skin: Skin
 ) -> Fit | None:
     """Return where Gauss-Newton steps on the parameters, with the colours projected out, end."""
-    width = skin.colours + GROUND
-    places = len(patch.columns)
+    width, places, kept = skin.colours + GROUND, len(patch.columns), len(patch.kept)
     sizes = np.array([skin.radius, skin.top])
     colours = np.zeros((3, width))
-    grid = np.empty((3, places, width + FREE + 1))
+    sharp, sharp_change = np.empty((places, width)), np.zeros((3, places, ROW))
     used = np.empty(places, dtype=np.int64)
     mixed = bool(free[SMEAR]) or patch.parts > 1
-    out = np.empty((3, len(patch.kept), width + FREE + 1)) if mixed else grid
-    grams = np.empty((3, width + FREE + 1, width + FREE + 1))
+    basis = np.empty((kept, width)) if mixed else sharp
+    change = np.zeros((3, kept, ROW)) if mixed else sharp_change
+    own, cross = np.empty((width, width)), np.empty((3, width, ROW))
+    normal = np.empty((3, ROW, ROW))
     delta, covariance = np.zeros(FREE), np.empty((FREE, FREE))
     misfit = loss = unlike = 0.0
     for step in range(STEPS + 1):
+        moving = step > 0  # first the colours alone
         count = model(
             theta, colours, view, sizes, skin.heights, skin.kinds, skin.inks, skin.knots, skin.jumps, frame,
-            patch.columns, patch.rows, 1 if mixed else THIN, grid, used,
+            patch.columns, patch.rows, 1 if mixed else THIN, moving, sharp, sharp_change, used,
         )  # fmt: skip
         if mixed:
-            count = len(patch.kept)
+            count = kept
             used[:count] = np.arange(count)
             smear = float(theta[SMEAR])
             length = smear if patch.parts == 1 else math.hypot(smear, patch.step)
-            smeared(grid, patch.kept, patch.high, length * patch.parts / patch.step, colours, out)
-            out[:, :, width + SMEAR] *= patch.parts / patch.step * smear / length
+            box = length * patch.parts / patch.step
+            smeared(sharp, sharp_change, patch.kept, patch.high, box, colours, moving, basis, change)
+            if moving:
+                change[:, :, SMEAR] *= patch.parts / patch.step * smear / length
         before = loss
-        misfit, loss, unlike = weigh(out, count, used, patch.values, patch.inside, colours, misfit)
-        products(out, count, grams)
-        if not advance(
-            grams, width, free, theta, USUAL, LOOSE, misfit, step == 0, colours, delta, covariance
-        ):
-            return None
-        if step == 0:
+        misfit, loss, unlike = weigh(basis, change, count, used, patch.values, patch.inside, colours, misfit)
+        products(basis, change, count, moving, own, cross, normal)
+        if not moving:
+            if not repaint(own, cross, colours):
+                return None
             continue
+        if not advance(own, cross, normal, free, theta, USUAL, LOOSE, misfit, colours, delta, covariance):
+            return None
         delta *= min(1.0, float(np.min(LIMITS / np.maximum(np.abs(delta), 1e-12))))
         theta += delta
         theta[BLUR] = min(max(theta[BLUR], 0.3), 4.0)
@@ -370,38 +375,125 @@ def _cut(
         return None
     values = np.empty((3, wide, high))
     gather(image, light, first_u, first_v, step, wide, high, values)
-    u = first_u + (np.arange(wide, dtype=np.float64) + 0.5) * step
-    v = first_v + (np.arange(high, dtype=np.float64) + 0.5) * step
-    inset = 0.03 * (right - left)
-    m = (centre_u - np.clip(u, left + inset, right - inset)) / focal
-    a, b = 1.0 + m * m, start.range * (math.cos(start.bearing) + m * math.sin(start.bearing))
-    x = (b - np.sqrt(np.maximum(b * b - a * (start.range**2 - skin.radius**2), 0.0))) / a
+    columns, rows, places = np.empty(wide * high), np.empty(wide * high), np.empty(wide * high, np.int64)
+    picked, inside = np.empty((3, wide * high)), np.empty(wide * high, dtype=bool)
     soft = 2.5 + 0.5 * step
-    lowest = horizon - focal * (skin.base - lens.height) / x - soft
-    kept = v[None, :] < lowest[:, None]
-    side = soft + smear / 2.0
-    beside = (u < left + side) | (u > right - side)
-    kept &= ~beside[:, None] | (v[None, :] < horizon - 1.0)
-    within = INSIDE + 0.5 * step + smear / 2.0
-    own = ((u > left + within) & (u < right - within))[:, None] & (v > top + within)[None, :]
-    spread = math.ceil(smear / 2.0)
-    for shift in range(-spread, step + spread):
-        at = np.clip(first_u + shift + np.arange(wide) * step, 0, lens.width_px - 1)
-        kept &= ~hidden[at][:, None]
-    if kept.sum() < LEAST_PIXELS:
+    count, owned = choose(
+        np.array([focal, centre_u, lens.height]),
+        np.array([start.range, start.bearing, skin.radius, skin.base]),
+        np.array([left, right, top, horizon]),
+        soft,
+        soft + smear / 2.0,
+        INSIDE + 0.5 * step + smear / 2.0,
+        first_u,
+        first_v,
+        step,
+        math.ceil(smear / 2.0),
+        hidden,
+        values,
+        columns,
+        rows,
+        places,
+        picked,
+        inside,
+    )
+    if count < LEAST_PIXELS:
         return None
-    i, j = np.nonzero(kept)
-    inside = own[i, j]
-    if inside.sum() < LEAST_INSIDE:
+    columns, rows, places, picked, inside = (
+        columns[:count],
+        rows[:count],
+        places[:count],
+        picked[:, :count],
+        inside[:count],
+    )
+    if owned < LEAST_INSIDE:
         inside[:] = True
     parts = PARTS if right - left < NARROW and smear < NARROW / 3.0 else 1
     if smear <= 0.0 and parts == 1:
-        return _Patch(u[i], v[j], values[:, i, j], inside, np.arange(len(i)), step, high, 1)
+        return _Patch(columns, rows, picked, inside, np.arange(count), step, high, 1)
     # The model needs columns from which light is smeared in, too.
     more = math.ceil(0.75 * smear / step) + 2
     u = first_u + (np.arange(-more * parts, (wide + more) * parts, dtype=np.float64) + 0.5) * step / parts
+    v = first_v + (np.arange(high, dtype=np.float64) + 0.5) * step
+    i, j = places // high, places % high
     places = ((i + more) * parts + parts // 2) * high + j
-    return _Patch(np.repeat(u, high), np.tile(v, len(u)), values[:, i, j], inside, places, step, high, parts)
+    return _Patch(np.repeat(u, high), np.tile(v, len(u)), picked, inside, places, step, high, parts)
+
+
+@compiled
+def choose(
+    view: FloatArray,
+    marker: FloatArray,
+    outline: FloatArray,
+    soft: float,
+    side: float,
+    within: float,
+    first_u: int,
+    first_v: int,
+    step: int,
+    spread: int,
+    hidden: NDArray[np.bool_],
+    values: FloatArray,
+    columns: FloatArray,
+    rows: FloatArray,
+    places: NDArray[np.int64],
+    picked: FloatArray,
+    inside: NDArray[np.bool_],
+) -> tuple[int, int]:
+    """Write the places of a grid that show the marker or, above the horizon, what is beside it.
+
+    Args:
+        view: Focal length and principal column (px), height of the lens (m).
+        marker: Range (m) and bearing (rad) of its axis, radius and base (m).
+        outline: Tangents' columns, row of the top edge and of the horizon (px).
+        soft: So far above the bottom edge (px) places still show it.
+        side: So near a tangent (px) they show what is beside it.
+        within: So far from the outline (px) they surely show nothing else.
+        first_u: First column of the picture in the grid.
+        first_v: First row.
+        step: Picture pixels in one of the grid, each way.
+        spread: So many columns to either side shine in.
+        hidden: Columns of the picture that show something else, ``(w,)``.
+        values: Light of the grid, ``(3, wide, high)``.
+        columns: Out: of the places (px), column by column, ``(n,)``.
+        rows: Out: of the places (px).
+        places: Out: which they are in the grid.
+        picked: Out: their light, ``(3, n)``.
+        inside: Out: which surely show the marker.
+
+    Returns:
+        How many places, and how many of them are inside.
+    """
+    left, right, top, horizon = outline[0], outline[1], outline[2], outline[3]
+    distance, radius = marker[0], marker[2]
+    cos, sin = math.cos(marker[1]), math.sin(marker[1])
+    inset, high, last = 0.03 * (right - left), values.shape[2], len(hidden) - 1
+    count = owned = 0
+    for i in range(values.shape[1]):
+        begin = first_u + i * step
+        dark = False
+        for u in range(begin - spread, begin + step + spread):
+            dark = dark or hidden[min(max(u, 0), last)]
+        if dark:
+            continue
+        column = first_u + (i + 0.5) * step
+        m = (view[1] - min(max(column, left + inset), right - inset)) / view[0]
+        a, b = 1.0 + m * m, distance * (cos + m * sin)
+        x = (b - math.sqrt(max(b * b - a * (distance * distance - radius * radius), 0.0))) / a
+        lowest = horizon - view[0] * (marker[3] - view[2]) / x - soft
+        if column < left + side or column > right - side:
+            lowest = min(lowest, horizon - 1.0)
+        for j in range(high):
+            row = first_v + (j + 0.5) * step
+            if row >= lowest:
+                break
+            columns[count], rows[count], places[count] = column, row, i * high + j
+            for channel in range(3):
+                picked[channel, count] = values[channel, i, j]
+            inside[count] = left + within < column < right - within and row > top + within
+            owned += inside[count]
+            count += 1
+    return count, owned
 
 
 def smear_of(
@@ -427,17 +519,45 @@ def smear_of(
             begin = math.floor(side) - reach
             if begin < 0 or begin + 2 * reach > lens.width_px:
                 continue
-            strip = np.empty((3, 2 * reach, last - first))
-            gather(image, light, begin, first, 1, 2 * reach, last - first, strip)
-            profile = strip.mean(axis=2)
-            few = max(reach // 3, 2)
-            contrast = profile[:, -few:].mean(axis=1) - profile[:, :few].mean(axis=1)
-            size = float(contrast @ contrast)
-            if size > 0.01:
-                climb = contrast @ (profile[:, 2:] - profile[:, :-2]) / (2.0 * size)
-                lengths.append(1.0 / max(float(climb.max()), 1e-3))
+            length = climb(image, light, begin, reach, first, last)
+            if length > 0.0:
+                lengths.append(length)
     length = float(np.median(lengths)) if lengths else 0.0
     return min(length, LONGEST_SMEAR) if length >= SMEARED else 0.0
+
+
+@compiled
+def climb(
+    image: NDArray[np.uint8], light: FloatArray, begin: int, reach: int, first: int, last: int
+) -> float:
+    """Return over how many columns the light climbs at a marker's side; 0 where nothing stands out.
+
+    Args:
+        image: sRGB, ``(h, w, 3)``.
+        light: Balanced linear light of every code of every channel, ``(3, 256)``.
+        begin: First of the columns, ``2 reach`` of them.
+        reach: Half of them.
+        first: First row.
+        last: Row behind the last.
+    """
+    profile, contrast = np.zeros((3, 2 * reach)), np.zeros(3)
+    few, share, size = max(reach // 3, 2), 1.0 / (last - first), 0.0
+    for channel in range(3):
+        for i in range(2 * reach):
+            for v in range(first, last):
+                profile[channel, i] += share * light[channel, image[v, begin + i, channel]]
+        for i in range(few):
+            contrast[channel] += (profile[channel, 2 * reach - 1 - i] - profile[channel, i]) / few
+        size += contrast[channel] * contrast[channel]
+    if size <= 0.01:
+        return 0.0
+    steepest = 1e-3
+    for i in range(2 * reach - 2):
+        steep = 0.0
+        for channel in range(3):
+            steep += contrast[channel] * (profile[channel, i + 2] - profile[channel, i])
+        steepest = max(steepest, steep / (2.0 * size))
+    return 1.0 / steepest
 
 
 @compiled

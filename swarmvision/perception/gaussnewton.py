@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmvision.compiled import compiled
+from swarmvision.compiled import apart, compiled
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.model import FREE, HEADING
 
@@ -23,7 +23,8 @@ TAIL = 3.0  # standard deviations from which on a pixel's pull declines
 
 @compiled
 def weigh(
-    out: FloatArray,
+    basis: FloatArray,
+    change: FloatArray,
     count: int,
     used: NDArray[np.int64],
     values: FloatArray,
@@ -36,12 +37,13 @@ def weigh(
     The weight is ``1 / (1 + (r / (TAIL * misfit))^2)^2``, all 1 at a misfit of 0.
 
     Args:
-        out: From :func:`model`, ``(3, n, colours + 3 + 12 + 1)``.
+        basis: From :func:`swarmvision.perception.model.model`, ``(n, colours + 3)``.
+        change: From there, too; residuals are written behind the derivatives, ``(3, n, ROW)``.
         count: Pixels that are written.
         used: Which they are.
         values: What the picture has, ``(3, all)``.
         inside: Which pixels surely show the marker and nothing beside it, ``(all,)``.
-        colours: See :func:`model`.
+        colours: Light of each, then of the background's basis, ``(3, colours + 3)``.
         misfit: Of the step before.
 
     Returns:
@@ -49,7 +51,7 @@ def weigh(
         root of the mean of ``r^2 / (1 + (r / STRANGE)^2)`` over all pixels, which no weight can hide; and
         the same over the pixels inside, which does not feel what stands behind the marker.
     """
-    width, last = colours.shape[1], out.shape[2] - 1
+    width = colours.shape[1]
     residual = np.empty(3)
     heavy = total = loss = own = 0.0
     owned = 0
@@ -58,7 +60,7 @@ def weigh(
         for channel in range(3):
             value = values[channel, used[n]]
             for k in range(width):
-                value -= colours[channel, k] * out[channel, n, k]
+                value -= colours[channel, k] * basis[n, k]
             residual[channel] = value
             square += value * value / 3.0
         bounded = square / (1.0 + square / STRANGE**2)
@@ -69,10 +71,13 @@ def weigh(
         root = 1.0
         if misfit > 0.0:
             root = 1.0 / (1.0 + square / (TAIL * misfit) ** 2)
+            for k in range(width):
+                basis[n, k] *= root
+            for channel in range(3):
+                for j in range(FREE):
+                    change[channel, n, j] *= root
         for channel in range(3):
-            for k in range(last):
-                out[channel, n, k] *= root
-            out[channel, n, last] = root * residual[channel]
+            change[channel, n, FREE] = root * residual[channel]
         heavy += root * root * min(square, (TAIL * misfit) ** 2 if misfit > 0.0 else square)
         total += root * root
     misfit = max(math.sqrt(heavy / max(total, 1e-9)), NOISE)
@@ -80,45 +85,94 @@ def weigh(
 
 
 @compiled
-def products(out: FloatArray, count: int, grams: FloatArray) -> None:
-    """Write the products of all columns of every channel's rows with each other, ``(3, t, t)``.
+def products(
+    basis: FloatArray,
+    change: FloatArray,
+    count: int,
+    moving: bool,
+    own: FloatArray,
+    mixed: FloatArray,
+    normal: FloatArray,
+) -> None:
+    """Write the products of all columns of every channel's rows with each other.
 
     Not by a matrix product: the libraries behind that start threads, and these are small matrices
     inside threads of ours.
+
+    Args:
+        basis: Of ``count`` pixels, ``(n, colours + 3)``.
+        change: Of each channel, ``(3, n, ROW)``.
+        count: How many pixels.
+        moving: Whether more of ``change`` is looked at than the residuals.
+        own: Out: of the basis with itself, ``(colours + 3, colours + 3)``.
+        mixed: Out: of the basis with each channel's change, ``(3, colours + 3, ROW)``.
+        normal: Out: of each channel's change with itself, ``(3, ROW, ROW)``.
     """
-    grams[:] = 0.0
-    size = out.shape[2]
+    own[:] = 0.0
+    mixed[:] = 0.0
+    normal[:] = 0.0
+    width = basis.shape[1]
+    for n in range(count):
+        for i in range(width):
+            for j in range(i + 1):
+                own[i, j] += basis[n, i] * basis[n, j]
+        for channel in range(0 if moving else 3):
+            for i in range(width):
+                mixed[channel, i, FREE] += basis[n, i] * change[channel, n, FREE]
+    for i in range(width):
+        for j in range(i):
+            own[j, i] = own[i, j]
+    for channel in range(3 if moving else 0):
+        _multiply(basis, change[channel], count, width, mixed[channel])
+        _multiply(change[channel], change[channel], count, FREE, normal[channel])
+
+
+@apart
+def _multiply(left: FloatArray, right: FloatArray, count: int, columns: int, out: FloatArray) -> None:
+    """Add the products of so many columns on the left with all on the right, ``ROW``, over so many rows."""
     by_four = count - count % 4
+    for n in range(0, by_four, 4):  # four rows at a time: the sums are fetched and stored once
+        one, two, three, four = right[n], right[n + 1], right[n + 2], right[n + 3]
+        for i in range(columns):
+            a, b, c, d = left[n, i], left[n + 1, i], left[n + 2, i], left[n + 3, i]
+            for j in range(right.shape[1]):
+                out[i, j] += a * one[j] + b * two[j] + c * three[j] + d * four[j]
+    for n in range(by_four, count):
+        for i in range(columns):
+            for j in range(right.shape[1]):
+                out[i, j] += left[n, i] * right[n, j]
+
+
+@compiled
+def repaint(own: FloatArray, mixed: FloatArray, colours: FloatArray) -> bool:
+    """Change the colours to the best ones, ``(3, colours + 3)``; return whether that was possible.
+
+    The products are those of :func:`products`, of which only the residuals' are looked at.
+    """
+    width = len(own)
+    basis = own.copy()
+    if not _factor(basis):
+        return False
     for channel in range(3):
-        gram = grams[channel]
-        for n in range(0, by_four, 4):  # four rows at a time: the sums are fetched and stored once
-            one, two, three, four = (
-                out[channel, n],
-                out[channel, n + 1],
-                out[channel, n + 2],
-                out[channel, n + 3],
-            )
-            for i in range(size):
-                a, b, c, d = one[i], two[i], three[i], four[i]
-                for j in range(size):
-                    gram[i, j] += a * one[j] + b * two[j] + c * three[j] + d * four[j]
-        for n in range(by_four, count):
-            one = out[channel, n]
-            for i in range(size):
-                for j in range(size):
-                    gram[i, j] += one[i] * one[j]
+        solved = np.empty((width, 1))
+        for k in range(width):
+            solved[k, 0] = mixed[channel, k, FREE]
+        substitute(basis, solved)
+        for k in range(width):
+            colours[channel, k] += solved[k, 0]
+    return True
 
 
 @compiled
 def advance(
-    grams: FloatArray,
-    width: int,
+    own: FloatArray,
+    mixed: FloatArray,
+    normals: FloatArray,
     free: NDArray[np.bool_],
     theta: FloatArray,
     usual: FloatArray,
     loose: FloatArray,
     misfit: float,
-    first: bool,
     colours: FloatArray,
     delta: FloatArray,
     covariance: FloatArray,
@@ -126,62 +180,49 @@ def advance(
     """Take one step from the products of all rows with each other; return whether that was possible.
 
     Args:
-        grams: Of each channel, ``(3, t, t)`` with ``t = colours + 3 + 12 + 1``.
-        width: How many colours, the background's included.
+        own: As :func:`products` writes them, like the next two.
+        mixed: See there.
+        normals: See there.
         free: Which parameters may move, ``(12,)``.
         theta: The parameters.
         usual: Their means before.
         loose: Their standard deviations before.
         misfit: One standard deviation of a residual.
-        first: Whether only the colours are to be found.
         colours: Changed to the best ones, ``(3, width)``.
         delta: Out: the step, ``(12,)``.
         covariance: Out: of the parameters, over misfit squared, ``(12, 12)``; 0 where not free.
     """
-    last = grams.shape[1] - 1
+    width = len(own)
     chosen = np.empty(FREE, dtype=np.int64)
     count = 0
     for j in range(FREE):
         if free[j]:
             chosen[count] = j
             count += 1
-    basis = np.empty((width, width))
-    weight = 1e-9
-    for i in range(width):
-        weight = max(weight, grams[0, i, i])
-    basis[:] = grams[0, :width, :width]
-    for i in range(width):
-        basis[i, i] += 1e-6 * weight
-    if not cholesky(basis):
+    basis = own.copy()
+    if not _factor(basis):
         return False
     normal, pull = np.zeros((count, count)), np.zeros((count, 1))
     coupling = np.empty((3, width, count + 1))
     for channel in range(3):
-        gram = grams[channel]
         right = np.empty((width, count + 1))
         for i in range(width):
             for j in range(count):
-                right[i, j] = gram[i, width + chosen[j]]
-            right[i, count] = gram[i, last]
+                right[i, j] = mixed[channel, i, chosen[j]]
+            right[i, count] = mixed[channel, i, FREE]
         solved = right.copy()
         substitute(basis, solved)
         coupling[channel] = solved
         for i in range(count):
-            row = width + chosen[i]
             for j in range(count):
-                value = gram[row, width + chosen[j]]
+                value = normals[channel, chosen[i], chosen[j]]
                 for k in range(width):
                     value -= right[k, i] * solved[k, j]
                 normal[i, j] += value
-            value = gram[row, last]
+            value = normals[channel, chosen[i], FREE]
             for k in range(width):
                 value -= right[k, i] * solved[k, count]
             pull[i, 0] += value
-    if first:
-        for channel in range(3):
-            for k in range(width):
-                colours[channel, k] += coupling[channel, k, count]
-        return True
     for i in range(count):
         if chosen[i] > HEADING:
             prior = (misfit / loose[chosen[i]]) ** 2
@@ -201,11 +242,22 @@ def advance(
             covariance[chosen[i], chosen[j]] = inverse[i, j]
     for channel in range(3):
         for k in range(width):
-            change = coupling[channel, k, count]
+            shift = coupling[channel, k, count]
             for j in range(count):
-                change -= coupling[channel, k, j] * pull[j, 0]
-            colours[channel, k] += change
+                shift -= coupling[channel, k, j] * pull[j, 0]
+            colours[channel, k] += shift
     return True
+
+
+@compiled
+def _factor(basis: FloatArray) -> bool:
+    """Replace the basis's products by their lower factor, a colour that nothing shows held where it is."""
+    weight = 1e-9
+    for i in range(len(basis)):
+        weight = max(weight, basis[i, i])
+    for i in range(len(basis)):
+        basis[i, i] += 1e-6 * weight
+    return cholesky(basis)
 
 
 @compiled

@@ -28,6 +28,7 @@ from swarmvision.marker import Marker, pattern_edges
 # The parameters, in their order.
 LOG_RANGE, BEARING, HEADING, DROP, LEAN, BLUR, SIN, COS, SIN_COS, SIN_SQUARE, RISE, SMEAR = range(12)
 FREE = 12
+ROW = 16  # derivatives, a residual and zeros: whole vectors
 GROUND = 3  # basis functions of the background: left, right, growing upwards
 SOFTNESS = 3.2  # half width of the soft step over its standard deviation
 ERF_SCALE, ROOT_PI = SOFTNESS / math.sqrt(2.0), math.sqrt(math.pi)
@@ -143,10 +144,14 @@ def model(
     columns: FloatArray,
     rows: FloatArray,
     thin: int,
-    out: FloatArray,
+    moving: bool,
+    basis: FloatArray,
+    change: FloatArray,
     used: NDArray[np.int64],
 ) -> int:
     """Write the linear basis and the derivatives of the model at every pixel; return at how many.
+
+    The basis is the same for all channels.
 
     Args:
         theta: The parameters, shape ``(12,)``.
@@ -163,13 +168,14 @@ def model(
         columns: Of the pixels (px), equal ones in a row, shape ``(n,)``.
         rows: Of the pixels (px), shape ``(n,)``.
         thin: Where no edge is near, only every so many-th pixel is used.
-        out: Basis, derivatives and room for a residual, of each channel, ``(3, n, colours + 3 + 12 + 1)``.
+        moving: Whether the derivatives are written.
+        basis: Out: what each colour, then of the background's basis, gives, ``(n, colours + 3)``.
+        change: Out: derivatives of each channel, and room for a residual, ``(3, n, ROW)``.
         used: Which pixels are written, in their order, ``(n,)``.
     """
     edges = len(kinds)
     most = 2 * edges + 1  # where the pattern jumps, its edges on both sides of that; last, the top edge
     count = colours.shape[1] - GROUND
-    width = count + GROUND
     row_at, soft, slope_u, share_of = np.empty(most), np.empty(most), np.empty(most), np.empty(most)
     by = np.zeros((most, 5))  # row of an edge by range, bearing, heading, drop, lean
     above, below = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
@@ -304,9 +310,10 @@ def model(
         for k in range(count):
             mix[k] = 0.0
         mix[inks[0]] = 1.0
-        for j in range(FREE):
+        if moving:
             for channel in range(3):
-                out[channel, n, width + j] = 0.0
+                for j in range(FREE):
+                    change[channel, n, j] = 0.0
         for e in range(used_edges):
             t = (v - row_at[e]) / soft[e]
             if t <= -1.0:
@@ -315,12 +322,14 @@ def model(
             part = soft_step(t) * abs(share_of[e])
             mix[above[e]] -= part
             mix[below[e]] += part
+            if not moving:
+                continue
             if weight_by[2] != 0.0 and abs(share_of[e]) < 1.0:
                 swing = soft_step(t) * cover * shade * (1.0 if far else -1.0)
                 for channel in range(3):
                     step = colours[channel, below[e]] - colours[channel, above[e]]
                     for j in range(3):
-                        out[channel, n, width + j] += step * swing * weight_by[j]
+                        change[channel, n, j] += step * swing * weight_by[j]
             if t >= 1.0:
                 continue
             slope = soft_slope(t) / soft[e] * cover * shade * abs(share_of[e])
@@ -329,10 +338,19 @@ def model(
             for channel in range(3):
                 step = colours[channel, below[e]] - colours[channel, above[e]]
                 for j in range(5):
-                    out[channel, n, width + j] -= step * slope * by[e, j]
-                out[channel, n, width + BLUR] += step * wider
+                    change[channel, n, j] -= step * slope * by[e, j]
+                change[channel, n, BLUR] += step * wider
         share = min(max((right - u) / (right - left), 0.0), 1.0)
         away = 1.0 - cover
+        for k in range(count):
+            basis[n, k] = mix[k] * cover * shade
+        basis[n, count] = share * away
+        basis[n, count + 1] = (1.0 - share) * away
+        basis[n, count + 2] = rise * away
+        used[n] = pixel
+        n += 1
+        if not moving:
+            continue
         by_left = -soft_slope(t_left) / soft_u * on_right * on_top
         by_right = soft_slope(t_right) / soft_u * on_left * on_top
         by_top = -soft_slope(t_top) / soft[crown] * on_left * on_right
@@ -340,60 +358,60 @@ def model(
             value = 0.0
             for k in range(count):
                 value += colours[channel, k] * mix[k]
-                out[channel, n, k] = mix[k] * cover * shade
             behind = (
                 colours[channel, count] * share
                 + colours[channel, count + 1] * (1.0 - share)
                 + colours[channel, count + 2] * rise
             )
-            out[channel, n, count] = share * away
-            out[channel, n, count + 1] = (1.0 - share) * away
-            out[channel, n, count + 2] = rise * away
             bare = value * cover
-            out[channel, n, width + SIN] = bare * sine
-            out[channel, n, width + COS] = bare * cosine
-            out[channel, n, width + SIN_COS] = bare * sine * cosine
-            out[channel, n, width + SIN_SQUARE] = bare * sine * sine
-            out[channel, n, width + RISE] = bare * rise
+            change[channel, n - 1, SIN] = bare * sine
+            change[channel, n - 1, COS] = bare * cosine
+            change[channel, n - 1, SIN_COS] = bare * sine * cosine
+            change[channel, n - 1, SIN_SQUARE] = bare * sine * sine
+            change[channel, n - 1, RISE] = bare * rise
             if away > 0.0:
                 contrast = value * shade - behind
-                out[channel, n, width + LOG_RANGE] += contrast * (
+                change[channel, n - 1, LOG_RANGE] += contrast * (
                     by_left * left_by_range + by_right * right_by_range + by_top * by[crown, 0]
                 )
-                out[channel, n, width + BEARING] += contrast * (
+                change[channel, n - 1, BEARING] += contrast * (
                     by_left * left_by_bearing + by_right * right_by_bearing + by_top * by[crown, 1]
                 )
-                out[channel, n, width + DROP] += contrast * by_top
-                out[channel, n, width + LEAN] += contrast * (
+                change[channel, n - 1, DROP] += contrast * by_top
+                change[channel, n - 1, LEAN] += contrast * (
                     (by_left + by_right) * down + by_top * by[crown, 4]
                 )
-                out[channel, n, width + BLUR] += contrast * (
+                change[channel, n - 1, BLUR] += contrast * (
                     (by_left * t_left + by_right * t_right) * soft_u_by_blur
                     + by_top * t_top * SOFTNESS * SOFTNESS * blur / soft[crown]
                 )
-        used[n] = pixel
-        n += 1
     return n
 
 
 @compiled
 def smeared(
-    grid: FloatArray,
+    sharp: FloatArray,
+    sharp_change: FloatArray,
     kept: NDArray[np.int64],
     high: int,
     length: float,
     colours: FloatArray,
-    out: FloatArray,
+    moving: bool,
+    basis: FloatArray,
+    change: FloatArray,
 ) -> None:
     """Spread every place of the grid over ``length`` columns, and add the derivative by the length.
 
     Args:
-        grid: From :func:`model`, column by column, ``(3, n, colours + 3 + 12)``.
+        sharp: From :func:`model`, column by column: the basis, ``(n, colours + 3)``.
+        sharp_change: And the derivatives, ``(3, n, ROW)``.
         kept: Places to write, ``(kept,)``.
         high: Places in one column.
         length: Of the box (columns).
         colours: As in :func:`model`.
-        out: ``(3, kept, colours + 3 + 12)``.
+        moving: As in :func:`model`.
+        basis: Out: ``(kept, colours + 3)``.
+        change: Out: ``(3, kept, ROW)``.
     """
     width = colours.shape[1]
     reach = math.ceil(length / 2.0 + 0.5)
@@ -409,21 +427,29 @@ def smeared(
                 grows = 1.0
         share[offset + reach] = inside / length
         by_length[offset + reach] = grows / length - inside / (length * length)
-    total = grid.shape[2] - 1
-    for channel in range(3):
-        for n in range(len(kept)):
-            for w in range(total):
-                out[channel, n, w] = 0.0
-            slope = 0.0
-            for offset in range(-reach, reach + 1):
-                part = share[offset + reach]
-                place = kept[n] + offset * high
-                if part == 0.0 and by_length[offset + reach] == 0.0:
-                    continue
+    slope = np.empty(width)
+    for n in range(len(kept)):
+        for w in range(width):
+            basis[n, w] = slope[w] = 0.0
+        if moving:
+            for channel in range(3):
+                for j in range(FREE):
+                    change[channel, n, j] = 0.0
+        for offset in range(-reach, reach + 1):
+            part, grows = share[offset + reach], by_length[offset + reach]
+            place = kept[n] + offset * high
+            if part == 0.0 and grows == 0.0:
+                continue
+            for w in range(width):
+                basis[n, w] += part * sharp[place, w]
+                slope[w] += grows * sharp[place, w]
+            if moving:
+                for channel in range(3):
+                    for j in range(FREE):
+                        change[channel, n, j] += part * sharp_change[channel, place, j]
+        if moving:
+            for channel in range(3):
                 value = 0.0
                 for w in range(width):
-                    value += colours[channel, w] * grid[channel, place, w]
-                slope += by_length[offset + reach] * value
-                for w in range(total):
-                    out[channel, n, w] += part * grid[channel, place, w]
-            out[channel, n, width + SMEAR] = slope
+                    value += colours[channel, w] * slope[w]
+                change[channel, n, SMEAR] = value
