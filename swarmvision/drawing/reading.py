@@ -16,14 +16,16 @@ from swarmvision.geometry import FloatArray
 from swarmvision.marker import Marker
 from swarmvision.perception.detect import candidates
 from swarmvision.perception.edges import Reading, readings
-from swarmvision.perception.fit import fitted, smear_of, tangents
+from swarmvision.perception.fit import fitted
 from swarmvision.perception.gaze import Gaze
 from swarmvision.perception.heading import unroll
 from swarmvision.perception.model import GROUND, HEADING, ROW, Skin, model
+from swarmvision.perception.patch import tangents
 from swarmvision.perception.plan import COLUMNS, HEIGHTS, LINES, LOWERS, STRIPE, UPPERS, Plan, Scratch, Task
 from swarmvision.perception.plan import GROUND as BAND
 from swarmvision.perception.rings import inner_edges
 from swarmvision.perception.segment import Balance
+from swarmvision.perception.smear import smear_of
 
 
 def draw_reading(image: NDArray[np.uint8], lens: Lens, marker: Marker) -> Figure:
