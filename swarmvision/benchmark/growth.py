@@ -56,12 +56,13 @@ def in_one_crowd(seconds: float) -> float:
 
 
 def neighbours_in_view(robots: int, density: float = DENSITY) -> float:
-    """Return how many markers stand in one camera's view on average, hidden or not, when so many begin."""
+    """Return how many robots are within a camera's view and sight on average, hidden or not, at the start."""
     scenario, counts = swarm(robots, one_camera(), density), []
+    assert scenario.sensor.kind == "camera"
     for seed in range(SEED, SEED + max(1, GROUPS * FEW // robots)):
         pose = starting_scene(scenario, stream(seed, Subsystem.START)).pose
-        _, bearing, _ = polar(compose(inverse(pose)[:, None], pose[None]))
-        seen = np.abs(bearing) < LENS.fov / 2.0
+        gap, bearing, _ = polar(compose(inverse(pose)[:, None], pose[None]))
+        seen = (np.abs(bearing) < LENS.fov / 2.0) & (gap < scenario.sensor.sight)
         np.fill_diagonal(seen, val=False)
         counts.append(seen.sum() / robots)
     return float(np.mean(counts))
