@@ -175,13 +175,17 @@ def _weighed(row: Any, pair: _Pair) -> float:
     return total * pair.gain
 
 
-def test_a_steady_kernel_asks_named_tuples_once_and_everything_else_always() -> None:
+def test_a_steady_kernel_asks_named_tuples_once_and_everything_else_always(tmp_path: Path) -> None:
     door: Any = steady(_weighed)
     rows = np.arange(12.0).reshape(3, 4)
     pairs = [_Pair(np.full(4, weight), 2.0) for weight in (1.0, 3.0)]
     for row in (rows[0], rows[:, 1], rows[0, ::-1], rows[0].astype(np.float32)):
         for pair in pairs:
             assert door(row, pair) == 2.0 * float(row @ pair.weights[: len(row)])
+    mapped = np.memmap(tmp_path / "rows", np.float32, "w+", shape=4)  # a class of arrays of any type
+    for row in (mapped, mapped.astype(np.float64), mapped[::2]):
+        row[:] = np.arange(len(row)) + 1.0
+        assert door(row, pairs[1]) == 6.0 * float(row.sum())
     with pytest.raises(Exception, match="non-precise type"):
         door(rows[0].astype(">f8"), pairs[0])  # bytes the other way round: as the kernel does itself
     with pytest.raises(TypeError, match="named"):

@@ -72,8 +72,9 @@ def wide(function: Function) -> Function:
 def steady(kernel: Function) -> Function:
     """Return a kernel for Python to call with named tuples whose members have the same types in every one.
 
-    They are asked for them once, so 60 arrays cost 1 us at a call, not 7. Whose class lets an array be of
-    another type, or of another number of axes, or no longer one piece of memory, is read as what it is not.
+    They are asked for them once, so 60 arrays cost 1 us at a call, not 7; all other arguments are asked
+    always. A class whose array is of bytes here and of floats there, or one piece of memory here and every
+    other column of one there, would be read as what it is not.
     """
     return Door(kernel) if HAS_NUMBA else kernel  # type: ignore[arg-type, return-value]
 

@@ -91,7 +91,9 @@ class Door:
         """Call the kernel."""
         kinds = tuple(
             [
-                (each.ndim, each.dtype, each.flags.num) if type(each) is ndarray else type(each)
+                (type(each), each.ndim, each.dtype, each.flags.num)
+                if isinstance(each, ndarray)
+                else type(each)
                 for each in args
             ]
         )

@@ -129,7 +129,10 @@ def products(
 
 @apart
 def _multiply(left: FloatArray, right: FloatArray, count: int, columns: int, out: FloatArray) -> None:
-    """Add the products of so many columns on the left with all on the right, ``ROW``, over so many rows."""
+    """Add the products of so many columns on the left with all on the right, ``ROW``, over so many rows.
+
+    Where the compiler knows that number at once it makes no vectors.
+    """
     by_four = count - count % 4
     for n in range(0, by_four, 4):  # four rows at a time: the sums are fetched and stored once
         one, two, three, four = right[n], right[n + 1], right[n + 2], right[n + 3]
