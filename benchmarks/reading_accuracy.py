@@ -78,12 +78,15 @@ class Case:
     dim: float = 1.0
     hidden: bool = False
     cut: bool = False
+    aside: bool = False
+    """Whether the picture's side passes through the outer half of the marker."""
     clutter: int = 0
     tilt: float = 0.0
     thinned: bool = False
 
 
 CASES = {
+    "0.09-0.14 m": Case(0.09, 0.14),
     "0.14-0.25 m": Case(0.14, 0.25),
     "0.25-0.5 m": Case(0.25, 0.5),
     "0.5-1 m": Case(0.5, 1.0),
@@ -92,6 +95,8 @@ CASES = {
     "four robots, 0.3-1.5 m": Case(0.3, 1.5, robots=4),
     "half hidden, 0.3-0.6 m": Case(0.3, 0.6, hidden=True),
     "one ring outside": Case(0.14, 0.22, cut=True),
+    "cut by the side, 0.09-0.14 m": Case(0.09, 0.14, aside=True),
+    "cut by the side, 0.14-0.3 m": Case(0.14, 0.3, aside=True),
     "11 px motion blur, 0.3-0.6 m": Case(0.3, 0.6, smear=11),
     "5 px motion blur, 0.3-1 m": Case(0.3, 1.0, smear=5),
     "a tenth of the light, 0.2-0.6 m": Case(0.2, 0.6, dim=0.1),
@@ -142,6 +147,9 @@ def _places(case: Case, rng: np.random.Generator) -> FloatArray:
     placed: list[FloatArray] = []
     while len(placed) < case.robots:
         distance, bearing = rng.uniform(case.near, case.far), rng.uniform(-limit, limit)
+        if case.aside:
+            half = np.arcsin(case.robot.marker.radius / distance)
+            bearing = np.sign(bearing) * (case.lens.fov / 2.0 - half * rng.uniform())
         place = np.array([distance * np.cos(bearing), distance * np.sin(bearing), rng.uniform(-np.pi, np.pi)])
         if all(np.hypot(*(place - other)[:2]) > 0.13 for other in placed):
             placed.append(place)

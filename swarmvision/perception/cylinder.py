@@ -28,7 +28,8 @@ from swarmvision.perception.plan import (
     UPPERS,
 )
 
-WHOLE = 0.955  # measured over expected width from which both tangents are taken as real
+WHOLE = 0.955  # measured over expected width from which both tangents may be real;
+WIDTH_SLACK, WIDTH_SHARE = 1.0, 0.005  # px by which, plus which share of it, the width may be another
 SIDE_FLOOR = 0.105  # px of a tangent: what no averaging removes, measured on rendered pictures
 # What is written of a marker.
 RANGE, BEARING, HEADING, RANGE_STD, BEARING_STD, HEADING_STD, VISIBLE, DROP, LEFT, RIGHT, COVERED = range(11)
@@ -44,23 +45,30 @@ def range_and_bearing(
     view: FloatArray,
     heights: FloatArray,
     out: FloatArray,
-) -> bool:
-    """Write range (m), bearing (rad), visible fraction and, as RANGE_STD, the spread of the edges (px)."""
+) -> int:
+    """Write range (m), bearing (rad), visible fraction and, as RANGE_STD, the spread of the edges (px).
+
+    Returns:
+        By how many tangents the bearing is told, 1 or 2; 0 where this is no marker.
+    """
     radius = heights[RADIUS]
     left = math.atan((view[1] - left_px) / view[0])
     right = math.atan((view[1] - right_px) / view[0])
     if left - right <= 1e-4:
-        return False
+        return 0
     bearing = (left + right) / 2.0
     distance, noise = axis_distance(count, lines, bearing, view, heights)
     if not distance > radius:
-        return False
+        return 0
     half = math.asin(radius / distance)
     visible = (left - right) / (2.0 * half)
     if visible > 1.25:
-        return False
-    if visible < WHOLE or cut != 0:
-        best = np.inf
+        return 0
+    wide = right_px - left_px
+    odd = abs(wide / visible - wide) > WIDTH_SLACK + WIDTH_SHARE * wide
+    tangents = 2
+    if visible < WHOLE or odd or cut != 0:
+        best, tangents = np.inf, 1
         for side in range(2):
             if cut & (1 << side):
                 continue
@@ -76,7 +84,7 @@ def range_and_bearing(
                 best, distance, bearing, noise = trial_noise, trial, trial_bearing, trial_noise
         visible = (left - right) / (2.0 * math.asin(radius / distance))
     out[RANGE], out[BEARING], out[VISIBLE], out[RANGE_STD] = distance, bearing, visible, noise
-    return True
+    return tangents
 
 
 @leaf

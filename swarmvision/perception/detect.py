@@ -38,13 +38,13 @@ from swarmvision.perception.pairs import (
     pair_runs,
 )
 from swarmvision.perception.segment import Balance, Hues
+from swarmvision.perception.steps import COMPARED, step_at
 
 LEAST_COLUMNS = 2  # of the grid
 WIDENINGS = 16  # of windows in one picture
 ROW_SLACK = 1.6  # rows of the grid that an edge may jump between columns, plus ROW_SHARE of the middle
 STEP_SLACK = 1.2  # rows of the grid by which the height of the middle may change within a marker,
 STEP_SHARE = 0.04  # and by which share of itself; more is one marker beside another
-STEP_COLUMNS = 3  # columns before and after that are compared for it
 COLUMN_GAP = 5  # columns of the grid to the next of a candidate; of a wide one each fourth is looked at
 STEEPEST = 3.0  # columns of the grid in which an edge may go on falling
 P_LEFT, P_RIGHT, P_MIDDLE, P_LEVEL, P_KIND, P_FIRST, P_LAST = range(7)  # what is written of a candidate
@@ -207,11 +207,10 @@ def split_chains(found: int, chains: int, look: Look, scratch: LookScratch) -> i
             worst = 0.0
             # Where one band must do, the middle is a guess.
             both = pairs[order[first], 5] == BOTH
-            cuts = end - STEP_COLUMNS + 1 if both else first
-            for k in range(first + STEP_COLUMNS, cuts):
-                before = median_of(heights[k - STEP_COLUMNS : k], STEP_COLUMNS, spare)
-                after = median_of(heights[k : k + STEP_COLUMNS], STEP_COLUMNS, spare)
-                step = abs(after - before) - alike(min(before, after), look.down)
+            cuts = end - COMPARED + 1 if both else first
+            for k in range(first + COMPARED, cuts):
+                step, lower = step_at(heights, first, k, end, spare)
+                step -= alike(lower, look.down)
                 if step > worst:
                     worst, last = step, k
                 elif worst > 0.0:

@@ -343,20 +343,24 @@ def measure(
         while stop - start > 2 and coarse[stop - 1] > lines[COLUMNS, count - 1] + 2.5:
             stop -= 1
         coarse, coarse_rows = coarse[start:stop], coarse_rows[start:stop]
-    left, right, cut, end_width = find_sides(image, light, task.directions, bands, coarse, coarse_rows)
-    covered = _covered(piece, rows, found)
-    cut |= covered
     for i in range(count):
         lines[RAYS, i] = math.atan((view[1] - lines[COLUMNS, i]) / view[0])
         lines[GAPS, i] = lines[LOWERS, i] - lines[UPPERS, i]
+    gap, tall = median_of(lines[GAPS], count, lines[SPARE_A]), heights[INNER_TOP] - heights[INNER_BOTTOM]
+    left, right, cut, end_width = find_sides(
+        image, light, task.directions, bands, coarse, coarse_rows, 2.0 * heights[RADIUS] / tall * gap
+    )
+    left, right, covered = _uncovered(left, right, coarse, rows, found, view, heights)
+    cut |= covered
     doubt = 1.0
     thin = min(max((THICK - min(thick_top, thick_bottom)) / (THICK - THIN), 0.0), 1.0)
     if bands == BOTH:
-        if not range_and_bearing(count, lines, left, right, cut, view, heights, out):
+        tangents = range_and_bearing(count, lines, left, right, cut, view, heights, out)
+        if tangents == 0:
             return 0.0
-        doubt = 1.0 if out[VISIBLE] >= WHOLE else HIDDEN
+        doubt = 1.0 if tangents == 2 else HIDDEN
         spread = math.hypot(out[RANGE_STD] / math.sqrt(count), (EDGE_FLOOR + THIN_EDGE * thin) * doubt)
-        out[RANGE_STD] = out[RANGE] * spread / median_of(lines[GAPS], count, lines[SPARE_A])
+        out[RANGE_STD] = out[RANGE] * spread / gap
     else:
         if cut != 0 or not range_from_width(left, right, view, heights, out):
             return 0.0
@@ -366,6 +370,12 @@ def measure(
             lines[GAPS, i] = lines[LOWERS, i] - lines[UPPERS, i]
     smear = max(end_width - SHARP, 0.0)
     out[BEARING_STD] = math.hypot(SIDE_FLOOR * (1.0 + 0.5 * thin) * doubt, SMEARED_SIDE * smear) / view[0]
+    adrift = 0.0
+    if cut == 3:  # no tangent is seen: the axis is anywhere where what is seen is within the marker
+        half = math.asin(heights[RADIUS] / out[RANGE])
+        adrift = max(1.0 - out[VISIBLE], 0.0) * half / math.sqrt(3.0)
+        out[BEARING_STD] = math.hypot(out[BEARING_STD], adrift)
+        out[RANGE_STD] = math.hypot(out[RANGE_STD], 0.5 * (adrift * out[RANGE]) ** 2 / heights[RADIUS])
     out[LEFT], out[RIGHT], out[COVERED] = left, right, covered
     if out[VISIBLE] < SLIVER or not stands_right(count, lines, view, heights, out):
         return 0.0
@@ -376,10 +386,9 @@ def measure(
             image, task, count, out[RANGE], out[BEARING], scratch
         )
         # Columns in px are azimuths by way of the radius; the place of a ring out of the picture is a guess.
-        turn = SMEARED_TURN * smear / view[0] * out[RANGE] / heights[RADIUS]
+        turn = math.hypot(SMEARED_TURN * smear / view[0], adrift) * out[RANGE] / heights[RADIUS]
         if bands != BOTH:
-            tall = (heights[INNER_TOP] - heights[INNER_BOTTOM]) / max(slope, 1e-6)
-            turn = math.hypot(turn, 0.5 * tall * out[RANGE_STD] / out[RANGE])
+            turn = math.hypot(turn, 0.5 * tall / max(slope, 1e-6) * out[RANGE_STD] / out[RANGE])
         out[HEADING_STD] = math.hypot(out[HEADING_STD] * (HIDDEN_TURN if doubt > 1.0 else 1.0), turn)
         sure = bands == BOTH and out[VISIBLE] > WELL_SEEN
         if not clarity > (CLEAR if sure else CLEARER):
@@ -388,16 +397,37 @@ def measure(
 
 
 @leaf
-def _covered(piece: FloatArray, rows: FloatArray, found: int) -> int:
-    """Return which ends of a candidate stand at a nearer marker and are no tangents: 1 left, 2 right."""
+def _uncovered(
+    left: float,
+    right: float,
+    coarse: FloatArray,
+    rows: FloatArray,
+    found: int,
+    view: FloatArray,
+    heights: FloatArray,
+) -> tuple[float, float, int]:
+    """Return the ends (px) of what nearer markers leave free, and which are theirs: 1 left, 2 right.
+
+    Args:
+        left: Where the rings end.
+        right: Likewise.
+        coarse: Columns in which the marker is seen (px).
+        rows: Nearer markers.
+        found: How many.
+        view: Of the lens.
+        heights: Of the marker.
+    """
     ends = 0
+    first, last = min(left, coarse[0]), max(right, coarse[-1])
     for i in range(found):
-        low, high = rows[i, LEFT] - BESIDE, rows[i, RIGHT] + BESIDE
-        if low < piece[P_LEFT] < high:
-            ends |= 1
-        if low < piece[P_RIGHT] < high:
-            ends |= 2
-    return ends
+        half = math.asin(heights[RADIUS] / rows[i, RANGE])
+        begin = view[1] - view[0] * math.tan(rows[i, BEARING] + half)
+        end = view[1] - view[0] * math.tan(rows[i, BEARING] - half)
+        if begin - BESIDE < first < end + BESIDE or begin - BESIDE < left < end + BESIDE:
+            ends, left = ends | 1, end
+        if begin - BESIDE < last < end + BESIDE or begin - BESIDE < right < end + BESIDE:
+            ends, right = ends | 2, begin
+    return left, right, ends
 
 
 @leaf

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarmvision.compiled import leaf
 from swarmvision.geometry import FloatArray
-from swarmvision.perception.order import median_in_place, median_of, middle_of
+from swarmvision.perception.order import median_in_place, median_of
 from swarmvision.perception.pairs import BOTH, TOP_ONLY
 from swarmvision.perception.plan import (
     COLUMNS,
@@ -26,6 +26,7 @@ from swarmvision.perception.plan import (
     SPARE_D,
     UPPERS,
 )
+from swarmvision.perception.steps import step_at
 
 NEARBY = 5  # px: how far off a coarse row may be
 STEP_SLACK = 0.8  # px by which the separation may change between neighbouring columns of one marker,
@@ -191,14 +192,8 @@ def step_in(count: int, lines: FloatArray) -> float:
         gaps[i] = lines[LOWERS, i] - lines[UPPERS, i]
     worst, where = 0.0, 0.0
     for k in range(2, count - 1):
-        first, last = max(k - 3, 0), min(k + 3, count)
-        if first + 3 == k and k + 3 == last:
-            before = middle_of(gaps[first], gaps[first + 1], gaps[first + 2])
-            after = middle_of(gaps[k], gaps[k + 1], gaps[k + 2])
-        else:
-            before = median_of(gaps[first:k], k - first, spare)
-            after = median_of(gaps[k:last], last - k, spare)
-        step = abs(after - before) - STEP_SLACK - STEP_SHARE * min(before, after)
+        step, lower = step_at(gaps, 0, k, count, spare)
+        step -= STEP_SLACK + STEP_SHARE * lower
         if step > worst:
             worst, where = step, (columns[k - 1] + columns[k]) / 2.0
     return where

@@ -26,25 +26,28 @@ def find_sides(
     bands: int,
     columns: FloatArray,
     rows: FloatArray,
+    widest: float,
 ) -> tuple[float, float, int, float]:
     """Return the columns (px) at which the rings end, what is cut, and how wide the ends are smeared (px).
 
-    What is cut is 1 if the left end is the picture's, 2 the right. A sharp end is 2 to 3 px wide.
+    What is cut is 1 if the left end is not that of the rings: it is the picture's, or nothing there tells
+    them from what stands beside them; 2 the right. A sharp end is 2 to 3 px wide. No ends are farther apart
+    than about ``widest`` (px).
     """
     space = columns[1] - columns[0] if len(columns) > 1 else 1.0
     half = min(0.5 * space, 4.0)
     width = columns[-1] - columns[0] + 1.0
+    room = max(widest - (columns[-1] - columns[0] + 2.0 * half), 0.0)
     left, left_weight, left_climb = one_side(
-        image, light, directions, bands, columns[0] - half, rows, -1, width
+        image, light, directions, bands, columns[0] - half, rows, -1, width, room
     )
     right, right_weight, right_climb = one_side(
-        image, light, directions, bands, columns[-1] + half, rows, 1, width
+        image, light, directions, bands, columns[-1] + half, rows, 1, width, room
     )
-    last = image.shape[1]
     cut = 0
-    if left < 1.5 or (left_weight <= 0.0 and columns[0] - space < 1.5):
+    if left < 1.5 or left_weight <= 0.0:
         cut += 1
-    if right > last - 1.5 or (right_weight <= 0.0 and columns[-1] + space > last - 1.5):
+    if right > image.shape[1] - 1.5 or right_weight <= 0.0:
         cut += 2
     smeared = 0.0
     if min(left_climb, right_climb) > 0.0:
@@ -64,43 +67,72 @@ def one_side(
     rows: FloatArray,
     outward: int,
     width: float,
+    room: float,
 ) -> tuple[float, float, float]:
     """Return the column (px) at which the rings end on one side: -1 the left, 1 the right.
 
-    And the weight of that, 0 for none, and the steepest climb to it, as a share of the step per px.
+    And the weight of that, 0 for none, and the steepest climb to it, as a share of the step per px. Where the
+    rings go on at the guess their end is looked for farther out, by up to ``room`` (px).
     """
-    upper = lower = guess
-    upper_weight = lower_weight = climb = smeared = 0.0
-    reach = int(min(max(0.4 * width, 5.0), 16.0))
-    for look in range(3):  # first for how smeared it is, then where; where it is smeared, centred once more
-        climb = 0.0
-        if bands in (BOTH, TOP_ONLY):
-            top, bottom = end_rows(rows, outward, 0)
-            upper, upper_weight, climb = ring_end(
-                image, light, directions[TOP_RING], top, bottom, guess, outward, reach
-            )
-        if bands != TOP_ONLY:
-            top, bottom = end_rows(rows, outward, 1)
-            lower, lower_weight, steep = ring_end(
-                image, light, directions[TOP_RING + 1], top, bottom, guess, outward, reach
-            )
-            climb = min(climb, steep) if climb > 0.0 and steep > 0.0 else max(climb, steep)
-        if look == 0:
-            smeared = climb
-            reach = int(min(max(0.16 * width, 5.0), 14.0))
-            if climb > 0.0 and 1.0 / climb > SHARP:
-                reach = int(max(float(reach), min(WINDOW / climb + 2.0, 0.45 * width)))
-        elif look == 1:
-            if not (smeared > 0.0 and 1.0 / smeared > SHARP) or upper_weight + lower_weight <= 0.0:
-                break
-            guess = (upper * upper_weight + lower * lower_weight) / (upper_weight + lower_weight)
-    climb = smeared
-    total = upper_weight + lower_weight
+    least = min(max(width, 3.0), 5.0)
+    wide = int(min(max(0.4 * width, least), 16.0))  # first for how smeared it is, then where
+    smeared = ring_ends(image, light, directions, bands, guess, rows, outward, wide)[4]
+    blurred = smeared > 0.0 and 1.0 / smeared > SHARP
+    reach = int(min(max(0.16 * width, least), 14.0))
+    if blurred:
+        reach = int(max(float(reach), min(WINDOW / smeared + 2.0, 0.45 * width)))
+    place, moved = guess, 0.0
+    while True:
+        upper, upper_weight, lower, lower_weight, climb = ring_ends(
+            image, light, directions, bands, place, rows, outward, reach
+        )
+        total = upper_weight + lower_weight
+        if total > 0.0 or moved >= room:
+            break
+        moved = min(moved + reach, room)
+        place = guess + outward * moved
+    if total > 0.0 and (blurred or moved > 0.0):  # centred once more
+        place = (upper * upper_weight + lower * lower_weight) / total
+        upper, upper_weight, lower, lower_weight, climb = ring_ends(
+            image, light, directions, bands, place, rows, outward, reach
+        )
+        total = upper_weight + lower_weight
     if total <= 0.0:
         return guess, 0.0, 0.0
+    place = (upper * upper_weight + lower * lower_weight) / total
     if min(upper_weight, lower_weight) > 0.0 and abs(upper - lower) > 0.6 + 0.01 * width:
-        return upper, total, climb  # bodies stand beside the lower ring, nothing beside the upper one
-    return (upper * upper_weight + lower * lower_weight) / total, total, climb
+        place = upper  # bodies stand beside the lower ring, nothing beside the upper one
+    if moved > 0.0 and abs(place - guess) > room + 1.0:
+        return guess, 0.0, 0.0  # that of another marker's rings
+    return place, total, climb if moved > 0.0 else smeared
+
+
+@leaf
+def ring_ends(
+    image: NDArray[np.uint8],
+    light: FloatArray,
+    directions: FloatArray,
+    bands: int,
+    guess: float,
+    rows: FloatArray,
+    outward: int,
+    reach: int,
+) -> tuple[float, float, float, float, float]:
+    """Return where the upper and the lower ring end (px), the weight of each, and the lesser climb."""
+    upper = lower = guess
+    upper_weight = lower_weight = climb = 0.0
+    if bands in (BOTH, TOP_ONLY):
+        top, bottom = end_rows(rows, outward, 0)
+        upper, upper_weight, climb = ring_end(
+            image, light, directions[TOP_RING], top, bottom, guess, outward, reach
+        )
+    if bands != TOP_ONLY:
+        top, bottom = end_rows(rows, outward, 1)
+        lower, lower_weight, steep = ring_end(
+            image, light, directions[TOP_RING + 1], top, bottom, guess, outward, reach
+        )
+        climb = min(climb, steep) if climb > 0.0 and steep > 0.0 else max(climb, steep)
+    return upper, upper_weight, lower, lower_weight, climb
 
 
 @leaf
@@ -172,5 +204,7 @@ def ring_end(
     if inside - outside < max(0.3 * inside, 1e-6):
         return guess, 0.0, 0.0
     reached = (area - size * outside) / (inside - outside)
+    if not 0.0 < reached < size:
+        return guess, 0.0, 0.0
     place = start + reached if outward > 0 else start + 1 - reached
     return place, (last - first) * (inside - outside), 0.5 * steepest / (inside - outside)
