@@ -2,7 +2,7 @@
 
 Whoever is hidden in part is read worse. Whoever is in full sight is still cut by a picture's edge where
 two lenses meet: they sit ahead of the axis, so between their views is a wedge that no lens sees. Near by,
-a marker that is cut is read aside of where it is, always towards the same side, or not at all.
+a marker of which half is out of both pictures is more often not read.
 """
 
 from __future__ import annotations
