@@ -24,8 +24,11 @@ def assignment(cost: FloatArray) -> IntArray:
     rows, columns = cost.shape
     if rows <= columns:
         return _augmented(cost)
-    back = np.full(rows, -1, np.int64)
-    partner = _augmented(cost.T.copy())
+    back, turned = np.full(rows, -1, np.int64), np.empty((columns, rows))
+    for row in range(rows):
+        for column in range(columns):
+            turned[column, row] = cost[row, column]
+    partner = _augmented(turned)
     for column in range(columns):
         back[partner[column]] = column
     return back

@@ -10,7 +10,7 @@ from swarmvision.compiled import compiled
 from swarmvision.data import Estimates, IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.kalman import improve
-from swarmvision.perception.planar import NEAREST_AXES, plane_from_polar, polar_from_plane
+from swarmvision.perception.planar import NEAREST_AXES, plane_from_polar, polar_from_plane, take_over
 
 
 def robot_frame(readings: list[Estimates], robot_from_lens: FloatArray) -> Estimates:
@@ -95,7 +95,7 @@ def fuse(
         if used[first]:
             continue
         row, spread = rows[fused], spreads[fused]
-        row[:], spread[:, :] = plane[first], plane_spread[first]
+        take_over(row, spread, plane[first], plane_spread[first])
         for b in range(a + 1, n):
             other = order[b]
             if far[other] >= far[first] + NEAREST_AXES:
@@ -111,13 +111,12 @@ def fuse(
 
 @compiled
 def _join(row: FloatArray, spread: FloatArray, other: FloatArray, other_spread: FloatArray) -> None:
-    """Improve a row by another of the same neighbour; who tells no heading helps with the place."""
+    """Improve a row by another of its neighbour, which is lost; who tells no heading helps with the place."""
     told = 2 if math.isnan(other[2]) else 3
     most_visible = max(row[3], other[3])
     if math.isnan(row[2]) and told == 3:  # begin with the one that tells more
-        start, start_spread = other.copy(), other_spread.copy()
-        improve(start[:3], start_spread, row, spread, 2)
-        row[:], spread[:, :] = start, start_spread
+        improve(other[:3], other_spread, row, spread, 2)
+        take_over(row, spread, other, other_spread)
     else:
         improve(row[:3], spread, other, other_spread, told)
     row[3] = most_visible

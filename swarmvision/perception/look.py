@@ -192,6 +192,12 @@ def _needed(rows: NDArray[np.int64], down: int, marker: Proportions, lens: Lens)
 
 
 @leaf
+def whole(number: int) -> int:
+    """Return the same number in 64 bits: for 32 and for 64 what is handed it would be compiled twice."""
+    return int(np.int64(number))
+
+
+@leaf
 def class_at(image: NDArray[np.uint8], address: Address, classes: NDArray[np.uint8], v: int, u: int) -> int:
     """Return the class of a pixel."""
     kind: int = classes[address[0, image[v, u, 0]] + address[1, image[v, u, 1]] + address[2, image[v, u, 2]]]
@@ -215,7 +221,8 @@ def first_look(
     """
     count = 0
     for window in windows:
-        count = look_through(image, address, look, window[0], window[1], window[2], window[3], count, scratch)
+        left, right = whole(window[0]), whole(window[1])
+        count = look_through(image, address, look, left, right, window, count, scratch)
     return count
 
 
@@ -226,18 +233,17 @@ def look_through(
     look: Look,
     left: int,
     right: int,
-    begin: int,
-    end: int,
+    window: Ints,
     count: int,
     scratch: LookScratch,
 ) -> int:
-    """Write the runs in a window behind those that there are; return how many there are then."""
+    """Write the runs in columns, in a window's rows, behind those that there are; return how many then."""
     held, first, last = scratch.state[0], scratch.state[1], scratch.state[2]
     red, green, blue, classes = address[0], address[1], address[2], look.classes
     top, bottom, rows = look.top, look.bottom, look.rows
     for column in range(left, right):
         held[column] = 0
-    for i in range(begin, end):
+    for i in range(window[2], window[3]):
         line = image[rows[i]]
         stride = 2 if look.near[0] <= i < look.near[1] else 4
         for column in range(left, right, stride):
@@ -251,15 +257,13 @@ def look_through(
                 last[column] = i
                 continue
             if held[column] != 0:
-                count = end_run(
-                    image, address, look, column, held[column], first[column], last[column], count, scratch
-                )
+                run = whole(held[column]), whole(first[column]), whole(last[column])
+                count = end_run(image, address, look, column, run, count, scratch)
             held[column], first[column], last[column] = kind, i, i
     for column in range(left, right, 2):
         if held[column] != 0:
-            count = end_run(
-                image, address, look, column, held[column], first[column], last[column], count, scratch
-            )
+            run = whole(held[column]), whole(first[column]), whole(last[column])
+            count = end_run(image, address, look, column, run, count, scratch)
     return count
 
 
@@ -280,22 +284,22 @@ def look_on(
     width, wider = len(look.columns), False
     for window in windows:
         left = right = False
+        begin, end = whole(window[0]), whole(window[1])
         for i in range(found):
             column = int(scratch.pairs[i, 0])
-            left |= window[0] <= column < window[0] + AT_SIDE
-            right |= window[1] - AT_SIDE <= column < window[1]
-        low, high = 0, width
+            left |= begin <= column < begin + AT_SIDE
+            right |= end - AT_SIDE <= column < end
+        low, high = max(0, begin - ON), min(width, end + ON)
         for other in windows:
-            if other[1] <= window[0]:
-                low = max(low, other[1])
-            if other[0] >= window[1]:
-                high = min(high, other[0])
-        low, high = max(low, window[0] - ON), min(high, window[1] + ON)
-        if left and low < window[0]:
-            count = look_through(image, address, look, low, window[0], window[2], window[3], count, scratch)
+            if other[1] <= begin:
+                low = max(low, whole(other[1]))
+            if other[0] >= end:
+                high = min(high, whole(other[0]))
+        if left and low < begin:
+            count = look_through(image, address, look, low, begin, window, count, scratch)
             window[0], wider = low, True
-        if right and high > window[1]:
-            count = look_through(image, address, look, window[1], high, window[2], window[3], count, scratch)
+        if right and high > end:
+            count = look_through(image, address, look, end, high, window, count, scratch)
             window[1], wider = high, True
     return count, wider
 
@@ -311,7 +315,7 @@ def look_down(
     for i in range(len(rows) + 1):
         kind = 0
         if i < len(rows):
-            v = rows[i]
+            v = whole(rows[i])
             if v < scratch.wanted[column, 0]:
                 continue
             if v <= scratch.wanted[column, 1]:
@@ -324,7 +328,7 @@ def look_down(
             if held == 0 or (i < len(rows) and i - last < RUN_GAP):
                 continue
         if held != 0:
-            count = end_run(image, address, look, column, held, first, last, count, scratch)
+            count = end_run(image, address, look, column, (held, first, last), count, scratch)
         held, first, last = kind, i, i
     return count
 
@@ -335,25 +339,24 @@ def end_run(
     address: Address,
     look: Look,
     column: int,
-    kind: int,
-    first: int,
-    last: int,
+    run: tuple[int, int, int],
     count: int,
     scratch: LookScratch,
 ) -> int:
-    """Write a run from its first to its last place in the rows; return how many there are now."""
+    """Write a run, its class, first and last place in the rows; return how many there are now."""
     if count == RUNS:
         return count
+    kind, first, last = run
     rows, down, classes = look.rows, look.down, look.classes
     u = column * look.across + look.across // 2
     # On, where not every row of this column was looked at.
-    while first > 0 and class_at(image, address, classes, int(rows[first - 1]), u) == kind:
+    while first > 0 and class_at(image, address, classes, whole(rows[first - 1]), u) == kind:
         first -= 1
-    while last + 1 < len(rows) and class_at(image, address, classes, int(rows[last + 1]), u) == kind:
+    while last + 1 < len(rows) and class_at(image, address, classes, whole(rows[last + 1]), u) == kind:
         last += 1
-    inside = outside = int(rows[first])
+    inside = outside = whole(rows[first])
     if first > 0:
-        outside = int(rows[first - 1])
+        outside = whole(rows[first - 1])
     while inside - outside > down:
         v = (inside + outside) // 2
         if class_at(image, address, classes, v, u) == kind:
@@ -361,17 +364,17 @@ def end_run(
         else:
             outside = v
     start = inside - down // 2
-    inside = outside = int(rows[last])
+    inside = outside = whole(rows[last])
     if last + 1 < len(rows):
-        outside = int(rows[last + 1])
+        outside = whole(rows[last + 1])
     while outside - inside > down:
         v = (inside + outside) // 2
         if class_at(image, address, classes, v, u) == kind:
             inside = v
         else:
             outside = v
-    run = scratch.runs[count]
-    run[0], run[1], run[2], run[3], run[4] = column, kind, start, inside - down // 2 + down, -1
+    line = scratch.runs[count]
+    line[0], line[1], line[2], line[3], line[4] = column, kind, start, inside - down // 2 + down, -1
     links = scratch.links[column]
     if links[0] < 0:
         links[0] = count

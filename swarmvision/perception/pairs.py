@@ -46,45 +46,47 @@ def pair_runs(look: Look, width: int, scratch: LookScratch) -> int:
     for column in range(width):
         a = scratch.links[column, 0]
         while a >= 0:
-            thick = float(runs[a, 3] - runs[a, 2])
+            start, end = float(runs[a, 2]), float(runs[a, 3])
+            thick = end - start
             if runs[a, 1] == look.top:
                 paired = False
                 b = runs[a, 4]
                 while b >= 0:
                     if runs[b, 1] == look.bottom and found < PAIRS:
-                        middle = float(runs[b, 2] - runs[a, 3])
+                        under, foot = float(runs[b, 2]), float(runs[b, 3])
+                        middle = under - end
                         fits = middle >= down
                         off = thick - middle * look.upper
                         slack = HEIGHT_SLACK * down + HEIGHT_SHARE * middle * look.upper
-                        least = -slack if runs[a, 2] > above else (LEAST_SHOWN - 1.0) * middle * look.upper
+                        least = -slack if start > above else (LEAST_SHOWN - 1.0) * middle * look.upper
                         if off > slack or off < least:
                             fits = False
-                        off = float(runs[b, 3] - runs[b, 2]) - middle * look.lower
+                        off = foot - under - middle * look.lower
                         slack = HEIGHT_SLACK * down + HEIGHT_SHARE * middle * look.lower
-                        least = -slack if runs[b, 3] < below else (LEAST_SHOWN - 1.0) * middle * look.lower
+                        least = -slack if foot < below else (LEAST_SHOWN - 1.0) * middle * look.lower
                         if off > slack or off < least:
                             fits = False
                         if fits:
-                            _write_pair(
-                                pairs[found], column, runs[a, 2], runs[a, 3], runs[b, 2], runs[b, 3], BOTH
-                            )
+                            _write_pair(pairs[found], column, start, end, under, foot, BOTH)
                             found += 1
                             paired = True
                     b = runs[b, 4]
                 middle = thick / look.upper
-                cut = runs[a, 2] > above and runs[a, 3] + REACH_OUT * middle >= below
+                cut = start > above and end + REACH_OUT * middle >= below
                 if not paired and cut and thick >= LEAST_THICK * down and found < PAIRS:
-                    start = runs[a, 3] + middle
-                    foot = start + middle * look.lower
-                    _write_pair(pairs[found], column, runs[a, 2], runs[a, 3], start, foot, TOP_ONLY)
+                    under = end + middle
+                    _write_pair(
+                        pairs[found], column, start, end, under, under + middle * look.lower, TOP_ONLY
+                    )
                     found += 1
             if runs[a, 1] == look.bottom:
                 middle = thick / look.lower
-                cut = runs[a, 3] < below and runs[a, 2] - REACH_OUT * middle <= above
+                cut = end < below and start - REACH_OUT * middle <= above
                 if cut and thick >= LEAST_THICK * down and found < PAIRS:
-                    end = runs[a, 2] - middle
-                    start = end - middle * look.upper
-                    _write_pair(pairs[found], column, start, end, runs[a, 2], runs[a, 3], BOTTOM_ONLY)
+                    over = start - middle
+                    _write_pair(
+                        pairs[found], column, over - middle * look.upper, over, start, end, BOTTOM_ONLY
+                    )
                     found += 1
             a = runs[a, 4]
     return found

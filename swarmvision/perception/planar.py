@@ -23,6 +23,19 @@ def wrapped(angle: float) -> float:
 
 
 @compiled
+def take_over(row: FloatArray, spread: FloatArray, new_row: FloatArray, new_spread: FloatArray) -> None:
+    """Write a row ``(n,)`` or more and its covariance ``(n, n)`` over others.
+
+    Not by slices: for what it says where these do not fit, numba would compile its strings, for seconds.
+    """
+    for i in range(len(row)):
+        row[i] = new_row[i]
+    for i in range(len(spread)):
+        for j in range(len(spread)):
+            spread[i, j] = new_spread[i, j]
+
+
+@compiled
 def congruent(change: FloatArray, covariance: FloatArray, out: FloatArray) -> None:
     """Write ``J C J^T`` of 3 x 3 matrices, exactly symmetric."""
     half = np.empty((3, 3))

@@ -21,7 +21,7 @@ from swarmvision.data import BoolArray, Estimates, IntArray
 from swarmvision.geometry import FloatArray
 from swarmvision.perception.assignment import assignment
 from swarmvision.perception.kalman import STATE, carry_on, improve, squared_distance
-from swarmvision.perception.planar import NEAREST_AXES, plane_from_polar, polar_from_plane
+from swarmvision.perception.planar import NEAREST_AXES, plane_from_polar, polar_from_plane, take_over
 
 if TYPE_CHECKING:
     from swarmvision.config.sensor import TrackerConfig
@@ -252,8 +252,9 @@ def forget(tracks: Tracks, r: int, law: Law) -> None:
         if near or unconfirmed or tracks.age[r, i] > law.memory:
             continue
         if kept < i:
-            tracks.state[r, kept] = tracks.state[r, i]
-            tracks.covariance[r, kept] = tracks.covariance[r, i]
+            take_over(
+                tracks.state[r, kept], tracks.covariance[r, kept], tracks.state[r, i], tracks.covariance[r, i]
+            )
             tracks.age[r, kept], tracks.visible[r, kept] = tracks.age[r, i], tracks.visible[r, i]
             tracks.number[r, kept] = tracks.number[r, i]
             tracks.hits[r, kept], tracks.looks[r, kept] = tracks.hits[r, i], tracks.looks[r, i]
@@ -274,8 +275,7 @@ def believe(
         age = tracks.age[r, i] + dt
         if not tracks.sure[r, i] or age > law.memory:
             continue
-        state[:] = tracks.state[r, i]
-        covariance[:, :] = tracks.covariance[r, i]
+        take_over(state, covariance, tracks.state[r, i], tracks.covariance[r, i])
         carry_on(state, covariance, speed, turn_rate, dt, law.acceleration, law.turn_acceleration)
         if math.hypot(state[0], state[1]) <= OWN_PLACE:
             continue
