@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from contextlib import ExitStack
+from contextlib import ExitStack, chdir
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,8 @@ def vizdoom(closing: ExitStack) -> Call:
 
     game = doom.DoomGame()
     game.load_config(str(Path(doom.scenarios_path) / "defend_the_center.cfg"))
-    folder = closing.enter_context(tempfile.TemporaryDirectory())  # of the engine's settings, else here
+    folder = closing.enter_context(tempfile.TemporaryDirectory())  # for what the engine writes, else here
+    closing.enter_context(chdir(folder))
     game.set_doom_config_path(str(Path(folder) / "settings.ini"))
     game.set_window_visible(False)
     game.set_sound_enabled(False)
