@@ -49,7 +49,7 @@ def range_and_bearing(
     """Write range (m), bearing (rad), visible fraction and, as RANGE_STD, the spread of the edges (px).
 
     Returns:
-        By how many tangents the bearing is told, 1 or 2; 0 where this is no marker.
+        2 where both tangents tell the bearing, 1 where fewer do; 0 where this is no marker.
     """
     radius = heights[RADIUS]
     left = math.atan((view[1] - left_px) / view[0])

@@ -17,6 +17,7 @@ from swarmvision.perception.order import median_in_place, median_of
 from swarmvision.perception.pairs import BOTH, TOP_ONLY
 from swarmvision.perception.plan import (
     COLUMNS,
+    GAPS,
     LOWERS,
     MOST_LOOKS,
     PROBES,
@@ -187,9 +188,7 @@ def inner_edges(
 @leaf
 def step_in(count: int, lines: FloatArray) -> float:
     """Return the column (px) at which the separation steps: one marker beside another; 0 for none."""
-    columns, gaps, spare = lines[COLUMNS], lines[SPARE_A], lines[SPARE_B]
-    for i in range(count):
-        gaps[i] = lines[LOWERS, i] - lines[UPPERS, i]
+    columns, gaps, spare = lines[COLUMNS], lines[GAPS], lines[SPARE_A]
     worst, where = 0.0, 0.0
     for k in range(2, count - 1):
         step, lower = step_at(gaps, 0, k, count, spare)

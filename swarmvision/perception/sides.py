@@ -76,32 +76,24 @@ def one_side(
     """
     least = min(max(width, 3.0), 5.0)
     wide = int(min(max(0.4 * width, least), 16.0))  # first for how smeared it is, then where
-    smeared = ring_ends(image, light, directions, bands, guess, rows, outward, wide)[4]
+    smeared = ring_ends(image, light, directions, bands, guess, rows, outward, wide, width)[3]
     blurred = smeared > 0.0 and 1.0 / smeared > SHARP
     reach = int(min(max(0.16 * width, least), 14.0))
     if blurred:
         reach = int(max(float(reach), min(WINDOW / smeared + 2.0, 0.45 * width)))
-    place, moved = guess, 0.0
+    at, moved = guess, 0.0
     while True:
-        upper, upper_weight, lower, lower_weight, climb = ring_ends(
-            image, light, directions, bands, place, rows, outward, reach
+        mean, place, total, climb = ring_ends(
+            image, light, directions, bands, at, rows, outward, reach, width
         )
-        total = upper_weight + lower_weight
         if total > 0.0 or moved >= room:
             break
         moved = min(moved + reach, room)
-        place = guess + outward * moved
+        at = guess + outward * moved
     if total > 0.0 and (blurred or moved > 0.0):  # centred once more
-        place = (upper * upper_weight + lower * lower_weight) / total
-        upper, upper_weight, lower, lower_weight, climb = ring_ends(
-            image, light, directions, bands, place, rows, outward, reach
-        )
-        total = upper_weight + lower_weight
+        _, place, total, climb = ring_ends(image, light, directions, bands, mean, rows, outward, reach, width)
     if total <= 0.0:
         return guess, 0.0, 0.0
-    place = (upper * upper_weight + lower * lower_weight) / total
-    if min(upper_weight, lower_weight) > 0.0 and abs(upper - lower) > 0.6 + 0.01 * width:
-        place = upper  # bodies stand beside the lower ring, nothing beside the upper one
     if moved > 0.0 and abs(place - guess) > room + 1.0:
         return guess, 0.0, 0.0  # that of another marker's rings
     return place, total, climb if moved > 0.0 else smeared
@@ -117,8 +109,12 @@ def ring_ends(
     rows: FloatArray,
     outward: int,
     reach: int,
-) -> tuple[float, float, float, float, float]:
-    """Return where the upper and the lower ring end (px), the weight of each, and the lesser climb."""
+    width: float,
+) -> tuple[float, float, float, float]:
+    """Return where both rings end on the mean (px), and where the marker does, their weight and lesser climb.
+
+    Of two that do not agree the upper one is the marker's: bodies stand beside the lower, nothing beside it.
+    """
     upper = lower = guess
     upper_weight = lower_weight = climb = 0.0
     if bands in (BOTH, TOP_ONLY):
@@ -132,7 +128,10 @@ def ring_ends(
             image, light, directions[TOP_RING + 1], top, bottom, guess, outward, reach
         )
         climb = min(climb, steep) if climb > 0.0 and steep > 0.0 else max(climb, steep)
-    return upper, upper_weight, lower, lower_weight, climb
+    total = upper_weight + lower_weight
+    mean = (upper * upper_weight + lower * lower_weight) / total if total > 0.0 else guess
+    agree = min(upper_weight, lower_weight) <= 0.0 or abs(upper - lower) <= 0.6 + 0.01 * width
+    return mean, mean if agree else upper, total, climb
 
 
 @leaf
